@@ -7,8 +7,8 @@
 
 namespace ensonify::bench {
 
-/// A change of a speedup since an older report: a cell's over static Embree packets, a run's or a
-/// dataset's over one thread.
+/// A change of a speedup since an older report. The speedup of a cell is relative to static Embree
+/// packets; the speedup of a run or a dataset is relative to one thread.
 struct Change {
   std::string name;
   double before = 0.0, now = 0.0;

@@ -45,7 +45,7 @@ CostMeasurement in_turns(std::string name, std::size_t faces, int rounds,
   return {std::move(name), faces, spread_of(off), spread_of(on), spread_of(ratios).median};
 }
 
-/// The same mesh with its labels, and with a single label.
+/// Compares a mesh with its labels and the same mesh with a single label.
 void measure_labels(std::vector<CostMeasurement>& results, std::string_view filter,
                     const fs::path& data, int rounds, int pings) {
   const std::string name = "labels/wreck/2M";

@@ -10,7 +10,7 @@
 
 namespace ensonify::bench {
 
-/// The cost of an effect per ping: pings with it and without it, alternately.
+/// The cost of an effect per ping, from alternate pings with and without the effect.
 struct CostMeasurement {
   std::string name;
   std::size_t faces = 0;

@@ -30,13 +30,14 @@ constexpr int apart_turns = 7;  // has no factor in common with the numbers of t
 struct Scheme {
   const char *surface, *intersector;
   int query_pings = 1;
-  // Embree with the machine's best instructions, not with those that give the same bits everywhere.
+  // Embree with the machine's best instructions, not with the instructions that give the same bits
+  // on every machine.
   bool best_instructions = false;
   double max_faces = 1e9;  // a larger cell takes too long
 };
 
-/// The others are compared with the faster one of the first two: the machine's best instructions
-/// are not the faster ones over every bed.
+/// All other candidates are compared with the faster of the first two, because the machine's best
+/// instructions are not the faster ones over every bed.
 constexpr std::size_t references = 2;
 std::vector<Scheme> schemes() {
   std::vector<Scheme> all{{"static", "embree", 1, true},

@@ -18,9 +18,9 @@ double turn_s(const Ping& ping) {
   return thread_s() - start_s;
 }
 
-/// The time that measuring itself adds.
+/// The time that the measurement itself adds.
 struct Harness {
-  /// Time of an empty turn: the loop, its clock calls, and those of the stages.
+  /// Time of an empty turn: the loop, the loop's clock calls and the stages' clock calls.
   double ping_us = 0.0;
   double fastest_ping_us = 0.0;  ///< of the grid's cells
   double share() const { return ping_us / fastest_ping_us; }

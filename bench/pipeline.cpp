@@ -38,7 +38,7 @@ PipelineMeasurement measure_run(engine::Scene scene, bool quick, const fs::path&
           .pings_per_s = static_cast<double>(scene.track.pings) / report.pings_s};
 }
 
-/// The recipe's first samples, including their seabeds, as its first shard.
+/// Makes the recipe's first samples and their seabeds, as the recipe's first shard.
 PipelineMeasurement measure_dataset(const engine::Recipe& recipe, bool quick,
                                     const fs::path& folder, int threads) {
   const engine::GenerateReport report =
@@ -51,7 +51,7 @@ PipelineMeasurement measure_dataset(const engine::Recipe& recipe, bool quick,
   for (std::size_t sample = 0; sample < report.made; ++sample)
     one.pings += static_cast<std::size_t>(recipe.sample(sample).scene.track.pings);
   for (const auto& [stage, seconds] : report.stages_s)
-    if (stage != "wait")  // for a seafloor that another thread makes
+    if (stage != "wait")  // the time in which a thread waits for a seafloor of another thread
       (stage == "ping"                        ? one.pings_s
        : stage == "encode" || stage == "disk" ? one.files_s
                                               : one.prepare_s) += seconds;

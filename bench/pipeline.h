@@ -10,8 +10,8 @@
 
 namespace ensonify::bench {
 
-/// Complete tasks in wall time, the median of several turns: a whole scene, from its file to the
-/// written files; or samples of a dataset.
+/// The wall time of a complete task, as the median of several turns. A task is a run, from the
+/// scene file to the written files, or the samples of a dataset.
 struct PipelineMeasurement {
   std::string name;  ///< run/BED/SIZE/THREADS or dataset/RECIPE/THREADS
   int threads = 1;
@@ -24,8 +24,9 @@ struct PipelineMeasurement {
   Spread speedup;              ///< of pings_per_s over one thread, turn by turn
 };
 
-/// Measures the scenes that need no data and a committed recipe, on one thread and on all threads
-/// alternately. Only cases whose name contains the pattern, and those they are compared with.
+/// Measures a committed recipe and the scenes that need no data, alternately on one thread and on
+/// all threads. It measures only cases whose name contains the pattern, and the cases that these
+/// are compared with.
 std::vector<PipelineMeasurement> measure_pipeline(
     std::string_view pattern, bool quick, const std::function<void(std::string_view)>& progress);
 

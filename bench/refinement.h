@@ -21,7 +21,8 @@ struct RefinementMeasurement {
   Spread query_ms;                ///< the same exact faces by a top-down query
   double splits = 0.0, forced_splits = 0.0, collapses = 0.0, blocked_collapses = 0.0;  ///< per ping
   std::size_t active_vertices = 0, active_faces = 0, exact_faces = 0;
-  /// Active vertices after 1000 pings over those of a fresh refinement at that place.
+  /// Active vertices after 1000 pings, divided by the active vertices of a fresh refinement at that
+  /// place.
   double growth = 0.0;
 };
 

@@ -27,7 +27,7 @@ struct Results {
   }
 };
 
-/// Tables for reading.
+/// The results as tables of text.
 std::string table(const Results& results);
 
 /// One sentence: the time that measuring adds to the fastest cell.

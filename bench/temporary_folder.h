@@ -8,7 +8,7 @@
 
 namespace ensonify::bench {
 
-/// A new folder, which is removed with all that it holds.
+/// A new folder. The destructor removes the folder with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() { std::filesystem::create_directories(path_); }

@@ -94,8 +94,8 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
                        .build_ms = 1e3 * (wall_s() - start_s)});
     tracers.back()->intersect(fans.front(), hits);  // warms up
   }
-  // Alternately for each pair of fans, so that a change of the machine's speed affects all equally;
-  // in thread time, which excludes other programs.
+  // The tracers alternate with each pair of fans, so that a change of the machine's speed affects
+  // all equally. Thread time excludes other programs.
   std::vector<std::vector<double>> pair_us(tracers.size()), ratio(tracers.size()),
       query_us(tracers.size()), take_us(tracers.size());
   for (int round = 0; round < rounds; ++round)

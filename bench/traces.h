@@ -10,8 +10,8 @@
 
 namespace ensonify::bench {
 
-/// The cost of tracing alone, on one thread: with a tree over the whole seafloor, or over the faces
-/// that a pair of fans can touch, which are then found and built first.
+/// The cost of tracing alone, on one thread. The tree is over the whole seafloor, or over the faces
+/// that a pair of fans can touch. Then these faces are found, and their tree is built, per pair.
 struct TraceMeasurement {
   std::string name;  ///< trace/BED/SIZE/INTERSECTOR
   std::string code_path;
@@ -20,7 +20,7 @@ struct TraceMeasurement {
   double build_ms = 0.0;     ///< to build the tree or the progressive mesh: once, on all threads
   Spread pair_us;            ///< per pair of fans
   Spread query_us, take_us;  ///< per pair: to find its faces, and to build over them
-  double ratio = 0.0;        ///< of pair_us to that of Embree's bare loop, the median of all pairs
+  double ratio = 0.0;        ///< pair_us divided by pair_us of Embree's bare loop: median of pairs
 };
 
 /// Times the tracing cases whose name contains `filter`, and the bare loops over the same beds,

@@ -44,11 +44,11 @@ RunParts parts_of(const Scene& scene, const RunControl& control,
                                                           : equal_parts(pings, most);
 }
 
-/// The parts, where they are known before there is a seafloor to fly over.
+/// The parts of the run, if they can be found before the seafloor is made.
 std::optional<RunParts> known_parts(const Scene& scene, const RunControl& control) {
   const TrackOptions& track = scene.track;
   const double interval_s = track.ping_interval_s;
-  // Otherwise their number depends on the track's file, or on the sound speed.
+  // In these cases the number of pings depends on the track's file or on the sound speed.
   if (track.kind == TrackKind::file ||
       (track.kind == TrackKind::lawn_mower && !(track.speed_mps * interval_s > 0.0)) ||
       std::ranges::any_of(scene.sonars, [](const Sonar& one) { return one.sample_rate_hz > 0.0; }))
@@ -64,7 +64,7 @@ void append(std::vector<std::string>& warnings, const std::vector<std::string>& 
   warnings.insert(warnings.end(), more.begin(), more.end());
 }
 
-/// Why a share of a run makes nothing; empty if it has parts.
+/// Why this share of the run's parts is empty; an empty text if the share has parts.
 std::string no_parts(const Shard& shard, const RunParts& parts) {
   if (shard.begin(parts.count()) < shard.end(parts.count()) || parts.count() == 1) return "";
   return fmt::format(
@@ -72,8 +72,8 @@ std::string no_parts(const Shard& shard, const RunParts& parts) {
       shard.index, shard.count, parts.count());
 }
 
-/// The bytes of the images that are in memory at one time, and of the rays. Throws MemoryError if
-/// they do not fit.
+/// The bytes of the images that are in memory at one time, plus those of the rays. Throws
+/// MemoryError if they do not fit.
 double require_pings_of(const Scene& scene, const RunControl& control,
                         std::span<const Sonar> sonars, const RunParts& parts) {
   const int threads = refine::thread_count(control.threads);
@@ -83,8 +83,8 @@ double require_pings_of(const Scene& scene, const RunControl& control,
                         .threads = threads});
 }
 
-/// Bytes of the pings, if their number is known before the seafloor is made; otherwise 0. Throws as
-/// require_pings_of().
+/// The bytes of the pings, if their number is known before the seafloor is made; otherwise 0.
+/// Throws MemoryError if they do not fit.
 double expected_ping_bytes(const Scene& scene, const RunControl& control) {
   if (scene.track.kind != TrackKind::line) return 0.0;
   std::vector<Sonar> sonars = scene.sonars;
@@ -95,7 +95,7 @@ double expected_ping_bytes(const Scene& scene, const RunControl& control) {
                           equal_parts(pings, pings_of_a_part(scene, control, sonars, pings)));
 }
 
-/// What a recording of the run cannot hold is refused before the first ping.
+/// Throws SceneError before the first ping if a recording of the run cannot hold its times.
 void require_recordings(const OutputOptions& output, const Simulator& simulator,
                         std::span<const Pose> track) {
   if (!output.jsf || track.empty()) return;
@@ -108,9 +108,9 @@ void require_recordings(const OutputOptions& output, const Simulator& simulator,
         throw SceneError(fault);
 }
 
-/// About the scene and its track. Those of the scene's text and of the cache, the first of the
-/// simulator's, name places. The manifest does not have them: the files do not depend on where and
-/// how their scene was written, nor on the cache.
+/// The warnings about the scene and its track that the manifest has. The warnings of the scene's
+/// text and of the cache, which are the first ones of the simulator, name places. The manifest
+/// leaves these out, because the files of a run must not depend on where its scene and cache are.
 std::vector<std::string> warnings_of_files(const Scene& scene, const Simulator& simulator,
                                            const TrackPings& track) {
   const std::size_t of_places =
@@ -185,8 +185,9 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
   try {
     return make_run(scene, folder, control);
   } catch (const refine::DamagedFile& damage) {
-    // Damage is found at its first touch, in the middle of the run. What was read before was sound,
-    // but the whole run starts again. A file that the scene names belongs to the user: it stays.
+    // Damage is found when a ping first touches it, in the middle of the run. What was read before
+    // was sound, but the whole run starts again. A damaged file that the scene names belongs to the
+    // user, so it is not removed.
     if (scene.seafloor.kind == SeafloorKind::progressive) throw;
     std::error_code ignored;
     fs::remove(cache_file(scene, control.cache), ignored);

@@ -74,7 +74,7 @@ bool is_sonar_key(std::string_view key) {
 
 std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
                                                           std::span<const KeyValue> changes) {
-  // With a preset, the scene's conditions give all sonars another recorder (use_conditions()).
+  // A preset may change the scene's conditions, and with them all recorders (use_conditions()).
   const bool by_preset = std::ranges::any_of(
       changes, [](const KeyValue& change) { return change.key.ends_with(".preset"); });
   std::vector<std::pair<std::size_t, Sonar>> changed;
@@ -110,8 +110,8 @@ std::vector<std::string> warnings_for_single_pings(const Scene& scene) {
 
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
                        const ScenePaths& paths, std::uint32_t number) {
-  // Keys that add() refuses: the pose gives place and attitude, and only objects of the scene are
-  // many, scour the bed or have parts with separate labels.
+  // Keys that an added object cannot have. Its pose gives place and attitude. Only objects of the
+  // scene can be many, scour the bed, or have parts with separate labels.
   static constexpr std::array of_place{"east_m",
                                        "north_m",
                                        "height_m",

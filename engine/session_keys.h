@@ -16,17 +16,18 @@
 
 namespace ensonify::engine {
 
-// Sessions that are changed by a scene's keys: `ensonify stream`, the live view and Python.
+// Keys of a scene that change a session: of `ensonify stream`, of the live view and of Python.
 
-/// A key of a scene, by its whole name with dots, and its value as TOML writes it; JSON's strings,
-/// numbers, truth values and lists are TOML as well.
+/// A key of a scene and its value. The key has its whole name, with dots. The value is TOML;
+/// strings, numbers, truth values and lists of JSON are TOML, too.
 struct KeyValue {
   std::string key, value;
   friend bool operator==(const KeyValue&, const KeyValue&) = default;
 };
 
 /// The scene of a session: its text, which is read once, and the keys that were changed since then.
-/// Only the last value of a key is kept, so a long session is no slower. Copies share the text.
+/// Only the last value of each key is kept, so long sessions do not get slower. Copies share the
+/// text.
 class SessionScene {
  public:
   /// The arguments are those of parse_scene().
@@ -36,13 +37,13 @@ class SessionScene {
   static SessionScene of_file(const std::filesystem::path& file, std::vector<std::string> overrides,
                               const std::filesystem::path& data_folder);
 
-  /// The scene with the kept changes and with these. Throws SceneError.
+  /// The scene with the kept changes and then the given ones. Throws SceneError.
   Scene with(std::span<const KeyValue> changes = {}) const;
 
-  /// Adds these changes to the kept ones.
+  /// Adds the given changes to the kept ones.
   void keep(std::span<const KeyValue> changes);
-  /// Undoes kept changes: their keys get the values that they had in `before`. A key that was
-  /// changed again stays as it is.
+  /// Undoes kept changes: each key gets the value that it had in `before`. A key that has another
+  /// value by now stays as it is.
   void take_back(std::span<const KeyValue> changes, const SessionScene& before);
 
   const ScenePaths& paths() const { return paths_; }
@@ -55,29 +56,29 @@ class SessionScene {
   std::vector<KeyValue> changes_;  // in the order of their last change; each key once
 };
 
-/// Whether a key is `sonar.NAME.key`, in bare words of letters, digits, _ and -. TOML has more ways
-/// to write a sonar's key: with quotes, spaces or a table as the value.
+/// Whether a key is written as `sonar.NAME.key`, where both words have only letters, digits, _ and
+/// -. TOML has more ways to write a sonar's key: with quotes, spaces or a table as the value.
 bool is_sonar_key(std::string_view key);
 
-/// The scene's sonars that any of these keys (`sonar.NAME.key`) changes, with their numbers. A
-/// preset can change all of them: it makes the scene's conditions those of a survey.
+/// The sonars of the scene that one of these keys (`sonar.NAME.key`) changes, with their numbers. A
+/// preset can change all sonars, because it makes the scene's conditions those of a survey.
 std::vector<std::pair<std::size_t, Sonar>> changed_sonars(const Scene& scene,
                                                           std::span<const KeyValue> changes);
 
-/// Changes keys of a simulator's sonars, and keeps them. Throws SceneError for a key without
-/// is_sonar_key() and for a value that a scene refuses; then nothing is changed.
+/// Changes keys of a simulator's sonars, and keeps the changes in `scene`. Throws SceneError for a
+/// key that is_sonar_key() refuses and for a value that a scene refuses; then nothing is changed.
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
-/// Warnings of the scene's lost and repeated pings, which single pings of a Simulator never are:
-/// only whole tracks, of a run or of the live view, have them.
+/// Warnings if the scene has lost or repeated pings. Single pings of a Simulator are never lost or
+/// repeated, only pings of whole tracks, in a run or in the live view.
 std::vector<std::string> warnings_for_single_pings(const Scene& scene);
 
-/// The object that keys of a scene's [[objects]] describe: its form, material and class. Its
-/// origin, which a pose places, is the middle of its bounds. The material may be one of `scene`,
-/// the session's. Without the key shape_seed the form of a boulder, for example, follows from that
-/// scene's seed and from `number`, for which a session takes Simulator::next_instance(). `name`
-/// stands for the scene's file in messages. Throws SceneError, also for keys of place, angles and
-/// number of objects, and what mesh_of() throws.
+/// The object that keys of a scene's [[objects]] describe: its form, material and class. The middle
+/// of the object's bounds is its origin, which a pose places. The material may be one of `scene`,
+/// which is the session's scene. Without the key shape_seed, the form of a boulder, for example,
+/// follows from the seed of `scene` and from `number`; a session passes Simulator::next_instance().
+/// `name` replaces the file's name in messages. Throws SceneError, also for keys of the place,
+/// angles and number of objects, and what mesh_of() throws.
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, const Scene& scene,
                        const ScenePaths& paths, std::uint32_t number);
 

@@ -1,7 +1,6 @@
 #include <ensonify/engine/simulate.h>
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
 #include <stdexcept>
 #include <utility>
@@ -9,7 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/clock.h>
-#include <ensonify/engine/scene/checks/value_check.h>
+#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/water_check.h>
 #include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/simulator/bed_abeam.h>
@@ -21,10 +20,10 @@
 namespace ensonify::engine {
 namespace {
 
-/// Height above the first of these beds that is below z_m; farthest_m if there is none.
+/// The height of z_m above the first of these beds that lies below z_m; farthest_m if none does.
 double height_m_over(double z_m, std::initializer_list<double> beds_m, double farthest_m) {
   for (const double bed_m : beds_m)
-    if (bed_m < z_m) return z_m - bed_m;  // not if there is no bed, that is, not a number
+    if (bed_m < z_m) return z_m - bed_m;  // false if there is no bed (NaN)
   return farthest_m;
 }
 
@@ -82,7 +81,7 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
   for (const FanAim& fan : aim.fans) aim.fans_only.push_back(fan.fan);
 }
 
-/// A pose in the wrong units or axes gives lines without an echo, which look like a fault.
+/// Without this warning, a pose in wrong units or axes would only give lines without an echo.
 void Simulator::warn_of_distance(const Pose& pose) {
   const Eigen::Vector3d low = shared_->bounds.lowest.cast<double>(),
                         high = shared_->bounds.highest.cast<double>(), &place = pose.position;
@@ -145,7 +144,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
   return own.lines;
 }
 
-/// Prepares the faces of the announced pings, where the current faces do not cover them.
+/// Prepares the faces of the announced pings, if the current faces do not contain them.
 void Simulator::look_ahead(refine::SpareThreads& spare) {
   try {
     const auto& [poses, pings] = own_->announced;
@@ -216,7 +215,7 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
     for (std::size_t i = 0; i < own.sonars.size(); ++i)
       sonars.push_back(
           shared_->prepare(i, own.prepared[i]->settings, own.usual_ping, materials, warnings));
-    own.use(std::move(sonars), *shared_);  // a table more does not matter if add() throws
+    own.use(std::move(sonars), *shared_);  // no effect if add() throws
     own.warnings = std::move(warnings);
   }
   return own.objects.add(std::move(object), pose, shared_->parts.options.stop_check);

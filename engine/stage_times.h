@@ -2,12 +2,12 @@
 
 namespace ensonify::engine {
 
-/// Seconds spent in a ping's stages, summed over pings.
+/// The seconds spent in the stages of pings, summed over pings.
 struct StageTimes {
-  double surface_s = 0.0;  ///< finding the faces that are there; in trace_s if only runs are found
+  double surface_s = 0.0;  ///< preparing the faces; in trace_s if only runs are found
   double trace_s = 0.0;    ///< nearest hits, or runs
   double echo_s = 0.0;     ///< scattering and binning
-  double receive_s = 0.0;  ///< from the scatterers to the recorder's samples
+  double receive_s = 0.0;  ///< the receiver: from the scatterers to the recorder's samples
 
   StageTimes& operator+=(const StageTimes& other) {
     surface_s += other.surface_s;

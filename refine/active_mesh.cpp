@@ -76,7 +76,7 @@ ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
   reset();
 }
 
-/// Throws unless each vertex's faces are one fan, which then includes every corner.
+/// Throws unless the faces of each vertex are one fan: then the fans include every corner.
 void ActiveMesh::check_base() const {
   Fan fan;
   std::size_t corners = 0;
@@ -126,8 +126,8 @@ RefineStatistics ActiveMesh::refine(std::span<const FanVolume> volumes) {
   return statistics_;
 }
 
-/// Lists what refinement has to test: active inner vertices, and pairs of active siblings. A pair is
-/// listed by its left vertex. The loop has no `if`, because the processor would often mispredict it.
+/// Lists what refinement has to test: active inner vertices, and the left vertices of pairs of
+/// active siblings. The loop has no `if`, because the processor would often mispredict it.
 void ActiveMesh::find_fronts() {
   inner_.resize(nodes_.size() + 1);
   twins_.resize(nodes_.size());
@@ -147,7 +147,7 @@ void ActiveMesh::find_fronts() {
   twins_.resize(twins);
 }
 
-/// Splits touched vertices, also touched ones that appear meanwhile (children, forced splits' too).
+/// Splits touched vertices, also those that appear meanwhile: children of splits and forced splits.
 void ActiveMesh::split_touched() {
   // NOLINTNEXTLINE(modernize-loop-convert): the list grows
   for (std::size_t i = 0; i < touched_.size(); ++i)
@@ -155,9 +155,9 @@ void ActiveMesh::split_touched() {
   touched_.clear();
 }
 
-/// Collapses offered nodes until none can be. This ends: a collapse only causes splits of nodes
-/// that were collapsed later, so the list of split nodes, written with the finest first, decreases.
-/// It ends soon for the meshes that builders make.
+/// Collapses offered nodes until no more can be collapsed. This ends, because a collapse only
+/// causes splits of nodes that were collapsed later in the progressive mesh. So the list of split
+/// nodes, with the finest first, decreases. It ends soon for the meshes that builders make.
 void ActiveMesh::collapse_offered() {
   const std::size_t max_collapses = 16 * (mesh_->mid.size() + 1);
   for (std::size_t collapses = none; collapses != statistics_.collapses;) {
@@ -167,7 +167,7 @@ void ActiveMesh::collapse_offered() {
     // NOLINTNEXTLINE(modernize-loop-convert): the list grows
     for (std::size_t i = 0; i < offers_.size(); ++i) {
       const Index node = offers_[i];
-      // Tested again: this may have changed since the offer.
+      // Both are tested again, because they may have changed since the offer.
       const bool is_wanted = has_two_active(node) && !touches(nodes_[node]);
       if (!is_wanted || !collapse(node)) {
         statistics_.blocked_collapses += is_wanted;
@@ -322,11 +322,11 @@ void ActiveMesh::split(Index vertex) {
   }
 }
 
-/// Splits a vertex, or returns another one that must be split before it. Picture the children one
+/// Splits a vertex, or returns another one that must be split before. Imagine the children one
 /// above the other, the left child below. The first fundamental face comes between them on the left
-/// side, the second on the right. So counter-clockwise round the vertex, the faces from the first's
-/// cut vertex to the second's are the left child's, the others the right child's. If a fundamental
-/// face is missing, the border takes the place of its cut vertex.
+/// side, the second on the right side. So, counter-clockwise round the vertex, the faces from the
+/// first's cut vertex to the second's are the left child's, and the others are the right child's.
+/// If a fundamental face does not exist, the border takes the place of its cut vertex.
 Index ActiveMesh::try_split(Index vertex) {
   const Index number = nodes_[vertex].number;
   const auto expect = [&](bool holds, const char* what) {
@@ -345,7 +345,7 @@ Index ActiveMesh::try_split(Index vertex) {
     while (cut_corner[s] < 2 && nodes_[vertex].covers(face[cut_corner[s]])) ++cut_corner[s];
     cut_leaf[s] = face[cut_corner[s]];
   }
-  std::array<Index, 2> at = {0, count};  // of the cuts, in the ring
+  std::array<Index, 2> at = {0, count};  // the places of the cut vertices in the ring
   for (Index j = count + 1; j-- > 0;)
     for (Index s = 0; s < 2; ++s) at[s] = nodes_[fan.ring[j]].covers(cut_leaf[s]) ? j : at[s];
   for (Index s = 0; s < 2; ++s)
@@ -390,7 +390,7 @@ Index ActiveMesh::try_split(Index vertex) {
   }
   join(across[0], across[1]);
   for (Index s = 0; s < 2; ++s) {
-    // Whether the gap of an open fan is at this child.
+    // Whether the fan is open at this child.
     const bool has_gap = fan.open && (cut_leaf[s] == none || (two && at[s] > at[1 - s]));
     nodes_[left + s].half_edge = !has_gap        ? across[s]
                                  : at[1 - s] > 0 ? fan.half_edges[0]
@@ -402,7 +402,7 @@ Index ActiveMesh::try_split(Index vertex) {
   return none;
 }
 
-/// Collapses a node; splits blockers that were collapsed later. False if another blocks.
+/// Collapses a node. Splits blockers that were collapsed later; returns false for other blockers.
 bool ActiveMesh::collapse(Index node) {
   while (!is_free(node)) {
     for (const Index blocker : blockers_)
@@ -451,8 +451,9 @@ bool ActiveMesh::is_free(Index node) {
 }
 
 /// Checks the other conditions of a collapse, at borders and in a tetrahedron. They held when the
-/// progressive mesh was built and still hold: a vertex with neighbours beyond one edge at any
-/// resolution has them at finer ones too. Only a wrong file can violate them.
+/// progressive mesh was built and still hold, because a vertex with neighbours beyond one edge at
+/// any resolution also has such neighbours at finer resolutions. Only a wrong file can violate
+/// them.
 void ActiveMesh::check_collapse(Index node) const {
   const auto has_neighbours = [](const Fundamental& f) {
     return f.face == none || f.in != none || f.out != none;
@@ -484,7 +485,7 @@ void ActiveMesh::merge_children(Index node) {
     if (!fans_[s].open) continue;
     const Index h = nodes_[left + s].half_edge;
     if (h / 4 == doomed_[1 - s].face)
-      first = doomed_[1 - s].out;  // h led to that cut vertex along the border
+      first = doomed_[1 - s].out;  // h led along the border to the cut vertex
     else if (h / 4 != doomed_[s].face)
       first = h;
   }

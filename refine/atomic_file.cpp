@@ -47,12 +47,22 @@ struct Descriptor {
   }
 };
 
-/// Removes a temporary file that no process holds: its writer was killed.
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+int open_folder(const std::filesystem::path& folder) {
+  const int number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (number < 0) fail_to_write(folder, "open it", errno);
+  return number;
+}
+
+/// Removes a temporary file if no process has it locked, because then its writer was killed.
 bool remove_abandoned(int folder, const std::string& name) {
   const Descriptor its{::openat(folder, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
   struct stat ours {
   }, there{};
-  // After the lock, the file is removed only if it still has this name.
+  // Once the file is locked, it is removed only if it still has this name.
   return its.number >= 0 && ::flock(its.number, LOCK_EX | LOCK_NB) == 0 &&
          ::fstat(its.number, &ours) == 0 &&
          ::fstatat(folder, name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
@@ -60,8 +70,8 @@ bool remove_abandoned(int folder, const std::string& name) {
          ::unlinkat(folder, name.c_str(), 0) == 0;
 }
 
-/// A temporary file in the target's folder, locked (flock) as long as it is open; the destructor
-/// removes it unless it was renamed.
+/// A temporary file in the folder of the target file. It is locked (flock) while it is open. The
+/// destructor removes it unless it was renamed.
 struct Temporary {
   int folder;
   std::string name;
@@ -86,7 +96,7 @@ struct Temporary {
 
  private:
   bool create(std::string wanted) {
-    // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
+    // O_EXCL reserves the name. With 0666 (mkstemp has 0600) the umask decides the mode.
     descriptor.number =
         ::openat(folder, wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor.number < 0) return false;
@@ -95,7 +105,7 @@ struct Temporary {
     if (::flock(descriptor.number, LOCK_EX) != 0 ||  // not on every file system
         ::fstat(descriptor.number, &status) != 0 || status.st_nlink > 0)
       return true;
-    // Another writer took it for abandoned before it was locked.
+    // Before the file was locked, another writer removed it as abandoned.
     ::close(std::exchange(descriptor.number, -1));
     return create(std::move(name));
   }
@@ -144,7 +154,7 @@ struct NewFile::Open {
 };
 
 NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::make_unique<Open>()) {
-  // Refused, because a rename would replace a device such as /dev/null.
+  // Other things than files are refused, because a rename would replace a device such as /dev/null.
   std::error_code unknown;
   const auto status = std::filesystem::status(file, unknown);
   if (std::filesystem::is_directory(status))
@@ -152,7 +162,7 @@ NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::ma
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     fail_to_write(file, "replace something other than a regular file", EINVAL);
 
-  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  const std::filesystem::path parent = folder_of(file);
   open_->folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (open_->folder.number < 0) fail_to_write(file, "open its folder", errno);
   open_->temporary.emplace(file, open_->folder.number);
@@ -174,7 +184,7 @@ void NewFile::commit() {
   Temporary& temporary = *open_->temporary;
   if (::fsync(temporary.descriptor.number) != 0)
     fail_to_write(file_, "write it to the disk (fsync)", errno);
-  // Renamed while it is open, so that it is locked under its temporary name.
+  // It is renamed while it is open, so that it is locked as long as it has its temporary name.
   if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0) {
     if (errno == ENOENT)
       throw std::system_error(errno, std::generic_category(),
@@ -214,8 +224,7 @@ void write_staged(const std::filesystem::path& file, std::span<const std::byte> 
 
 void write_staged(const std::filesystem::path& file, const WriteContent& write_content,
                   const ReadBack& read_back) {
-  Descriptor descriptor;
-  descriptor.number = ::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  Descriptor descriptor{::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
   if (descriptor.number < 0) fail_to_write(file, "make it", errno);
   write_content(std::bind_front(write_all, std::cref(file), descriptor.number));
   if (read_back) read_back(std::bind_front(read_all, std::cref(file), descriptor.number));
@@ -223,17 +232,13 @@ void write_staged(const std::filesystem::path& file, const WriteContent& write_c
 }
 
 void sync_files(const std::filesystem::path& folder) {
-  Descriptor itself;
-  itself.number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (itself.number < 0) fail_to_write(folder, "open it", errno);
+  const Descriptor itself{open_folder(folder)};
   if (::syncfs(itself.number) != 0) fail_to_write(folder, "write it to the disk (syncfs)", errno);
 }
 
 void move_files(const std::filesystem::path& from, const std::filesystem::path& to,
                 std::span<const std::string> names) {
-  Descriptor folder;
-  folder.number = ::open(to.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder.number < 0) fail_to_write(to, "open it", errno);
+  const Descriptor folder{open_folder(to)};
   for (const std::string& name : names)
     if (::rename((from / name).c_str(), (to / name).c_str()) != 0)
       fail_to_write(to / name, "put it in place (rename)", errno);
@@ -241,11 +246,8 @@ void move_files(const std::filesystem::path& from, const std::filesystem::path& 
 }
 
 bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place) {
-  const std::filesystem::path above = place.has_parent_path() ? place.parent_path() : ".";
   sync_files(folder);
-  Descriptor parent;
-  parent.number = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (parent.number < 0) fail_to_write(above, "open it", errno);
+  const Descriptor parent{open_folder(folder_of(place))};
   if (::rename(folder.c_str(), place.c_str()) != 0) {
     if (errno == EEXIST || errno == ENOTEMPTY) return false;
     fail_to_write(place, "put it in place (rename)", errno);

@@ -11,27 +11,26 @@
 
 namespace ensonify::refine {
 
-/// A ball around a box; the rounding of its middle and radius is included.
+/// A ball around a box. The radius includes the rounding of middle and radius.
 inline Sphere ball_around(const Bounds& box) {
   const Eigen::Vector3f middle = 0.5f * box.lowest + 0.5f * box.highest;
   const Eigen::Vector3f half = (box.highest - middle).cwiseMax(middle - box.lowest);
   return {middle, half.norm() * (1.0f + 1e-6f)};
 }
 
-/// Balls around ever smaller groups of triangles: finds those that fan volumes can touch. It is
-/// immutable.
+/// An immutable tree of balls around triangles, to find the triangles that fan volumes can touch.
 class BallTree {
  public:
   BallTree() = default;
-  /// The triangles must outlive this. `stop_check` is called now and then.
+  /// The triangles must outlive this object. `stop_check` is called for each node over 65536 faces
+  /// or more; its exceptions end the work.
   explicit BallTree(Triangles triangles, const std::function<void()>& stop_check = {});
 
   const Triangles& triangles() const { return triangles_; }
   std::size_t bytes() const;
 
   using Corners = std::array<Eigen::Vector3f, 3>;
-  /// Calls take(face, its Corners) for every triangle that the volumes can touch, and for some
-  /// others.
+  /// Calls take(face, its Corners) for every triangle that the volumes can touch, and some others.
   template <class Take>
   void walk(const ViewTest& view, Take&& take) const {
     for (std::size_t i = 0; i < nodes_.size();) {
@@ -49,8 +48,7 @@ class BallTree {
   }
 
  private:
-  /// In preorder. A leaf has `count` triangles, from order_[first] on; a node above others has
-  /// none.
+  /// Nodes are in preorder. A leaf has `count` triangles, from order_[first] on; others have none.
   struct Node {
     Sphere ball;
     std::uint32_t next = 0;  // the node after all below this one
@@ -62,7 +60,7 @@ class BallTree {
   Triangles triangles_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
-  std::vector<Corners> corners_;  // in the order of order_, in which a walk reads them
+  std::vector<Corners> corners_;  // in the order of order_, in which walk() reads them
 };
 
 }  // namespace ensonify::refine

@@ -25,9 +25,9 @@ using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 using Quadric = OpenMesh::Geometry::Quadricd;
 
-// In addition to the planes of its faces, a vertex's quadric has its own place, with this share of
-// their weight. On a level bed all planes agree; only this term keeps collapses short, and trees
-// compact and balanced.
+// The quadric of a vertex is the sum for the planes of its faces, and a term for its own place,
+// with this share of their weight. On a level bed all planes are equal, and only this term keeps
+// collapses short, and trees compact and balanced.
 constexpr double weight_of_place = 1e-2;
 
 VertexHandle vertex(std::uint32_t number) { return VertexHandle(static_cast<int>(number)); }
@@ -36,15 +36,15 @@ std::uint32_t number(FaceHandle f) {
   return f.is_valid() ? static_cast<std::uint32_t>(f.idx()) : ProgressiveMesh::none;
 }
 
-/// Throws unless each edge has one face, or two in opposite directions, and each vertex one fan of
-/// them. Half-edge 3f + k leads from face f's corner k to the next.
+/// Throws unless each edge has one face, or two in opposite directions, and the faces of each
+/// vertex are one fan. Half-edge 3f + k leads from corner k of face f to the next corner.
 void check_manifold(const TriangleMesh& mesh) {
   const auto fail = [](std::size_t half_edge, std::string_view what) {
     throw MeshError(
         fmt::format("face {} of the mesh {}; repair the mesh first", half_edge / 3, what));
   };
   struct Edge {
-    std::uint64_t ends;  // the lower vertex in the high half
+    std::uint64_t ends;  // lower vertex in the high half, higher vertex in the low half
     std::uint32_t half_edge;
     auto operator<=>(const Edge&) const = default;
   };
@@ -73,7 +73,7 @@ void check_manifold(const TriangleMesh& mesh) {
     opposite[h] = other;
     opposite[other] = h;
   }
-  // Walks each fan from its first half-edge (at the border if it is open) and counts.
+  // Counts the faces of each vertex's fan, from its first half-edge (at the border if it is open).
   std::vector<std::uint32_t> leaving(mesh.positions.size(), 0), first(mesh.positions.size());
   for (std::uint32_t h = 0; h < half_edges; ++h)
     if (leaving[start(h)]++ == 0 || opposite[h] == ProgressiveMesh::none) first[start(h)] = h;
@@ -88,7 +88,8 @@ void check_manifold(const TriangleMesh& mesh) {
   }
 }
 
-/// Handles equal the source's numbers. Faults are found first, because OpenMesh would print them.
+/// Makes OpenMesh's mesh, whose handles equal the numbers in `mesh`. Faults are found before,
+/// because OpenMesh would print them.
 HalfEdgeMesh half_edge_mesh(const TriangleMesh& mesh) {
   check_manifold(mesh);
   HalfEdgeMesh out;
@@ -131,10 +132,10 @@ class Collapser {
   /// A possible collapse. In a tie the lower half-edge comes first.
   struct Offer {
     double cost;
-    int half_edge;  // removed -> kept
+    int half_edge;  // from the removed to the kept vertex
     std::uint32_t version;
 
-    bool operator<(const Offer& other) const {  // for the queue: worse
+    bool operator<(const Offer& other) const {  // for the queue: whether this offer is worse
       return cost != other.cost ? cost > other.cost : half_edge > other.half_edge;
     }
   };
@@ -165,7 +166,7 @@ class Collapser {
         {std::min(at_a, at_b), at_a < at_b ? back.idx() : to.idx(), ++version_[index(edge)]});
   }
 
-  /// In addition to OpenMesh's test: a tetrahedron must not become two coincident faces.
+  /// OpenMesh's test, and one more: a tetrahedron must not become two coincident faces.
   bool allowed(HalfedgeHandle half_edge) {
     const auto peak = [&](VertexHandle v) {
       return !mesh_.is_boundary(v) && mesh_.valence(v) == 3;
@@ -184,8 +185,8 @@ class Collapser {
          .right_face = number(mesh_.face_handle(mesh_.opposite_halfedge_handle(half_edge)))});
     mesh_.collapse(half_edge);
     quadrics_[index(kept)] += quadrics_[index(removed)];
-    // Costs changed only at the kept vertex. Blocked edges can become free only where a ring
-    // changed: at the vertices around it.
+    // Costs have changed only at the kept vertex. Blocked edges can become free only at its
+    // neighbours, because only their neighbours have changed.
     for (const EdgeHandle edge : mesh_.ve_range(kept)) offer(edge);
     for (const VertexHandle v : mesh_.vv_range(kept))
       for (const EdgeHandle edge : mesh_.ve_range(v))

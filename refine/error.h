@@ -4,9 +4,9 @@
 
 namespace ensonify {
 
-/// The base of every exception that the libraries define; engine/README.md lists them. It is
-/// defined in the lowest of these libraries. Wrong arguments of a call are std::invalid_argument,
-/// files that cannot be written std::system_error.
+/// The base of every exception that the libraries define; engine/README.md lists them. It is in the
+/// lowest library, so that all can use it. A wrong argument of a call is a std::invalid_argument,
+/// and a file that cannot be written is a std::system_error.
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

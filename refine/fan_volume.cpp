@@ -9,8 +9,9 @@
 namespace ensonify::refine {
 namespace {
 
-// Margins for rounding, independent of the radius: for directions and a tracer's arithmetic, about
-// a hundred float steps of the range; for the ray's origin, one float step there; at least 1 mm.
+// Margins for rounding that do not depend on the radius of a sphere. For directions and for the
+// arithmetic of a tracer: about a hundred steps of a float as large as the range, at least 1 mm.
+// For the origin of rays: one step of a float as large as the origin's coordinates.
 constexpr double slack_of_range = 1e-5;
 constexpr double slack_of_origin = 2e-7;
 constexpr double min_slack_m = 1e-3;
@@ -19,7 +20,7 @@ void check_volume(const FanVolume& volume) {
   Eigen::Matrix3d frame;
   frame << volume.array_axis, volume.middle, volume.pole;
   constexpr double right_angle = std::numbers::pi / 2.0;
-  // Written so that NaN fails.
+  // Written with `!`, so that NaN fails.
   if (!((frame.transpose() * frame).isIdentity(1e-9) && volume.apex.allFinite()))
     throw std::invalid_argument("FanVolume: the frame must be orthonormal and the apex finite");
   if (!(volume.truncation_rad >= 0.0 && volume.truncation_rad <= right_angle &&
@@ -31,12 +32,12 @@ void check_volume(const FanVolume& volume) {
     throw std::invalid_argument("FanVolume: the range must be finite and not negative");
 }
 
-/// The least distance, squared, from the origin to a triangle.
+/// The squared least distance from the origin to a triangle.
 double least_distance_m2(const std::array<Eigen::Vector3d, 3>& corners) {
   const auto& [a, b, c] = corners;
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   double least_m2 = a.squaredNorm();
-  bool beneath = normal.squaredNorm() > 0.0;  // the origin, beneath or above the triangle's inside
+  bool beneath = normal.squaredNorm() > 0.0;  // whether the origin projects into the triangle
   for (std::size_t k = 0; k < 3; ++k) {
     const Eigen::Vector3d &from = corners[k], edge = corners[(k + 1) % 3] - from;
     const double share = std::clamp(-from.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
@@ -71,13 +72,14 @@ void ViewTest::look_at(std::span<const FanVolume> volumes) {
   }
 }
 
-// The distances are those of the test of a sphere. Each of them is at most the radius for a sphere
-// around a point of the triangle that is inside, also if this is another point for each surface.
-// The distances from the cones are concave on the outer side, which is convex. So a triangle is
-// outside if all its corners are; for the cones of the beam, all on the same side.
+// Uses the distances of the test of a sphere. For a point of the triangle that is inside the
+// volume, each distance is at most the radius, for all spheres around the point. This also holds if
+// a different point is inside for each surface. The distances from the cones are concave on the
+// outer side, which is convex. So a triangle is outside if all its corners are outside, for the
+// cones of the beam on the same side.
 bool ViewTest::Bounds::touch(const Corners& corners) const {
   bool left = true, right = true, behind = true;
-  bool above = sin_high >= 0.0, below = sin_low <= 0.0;  // else the inner side is convex
+  bool above = sin_high >= 0.0, below = sin_low <= 0.0;  // otherwise the inner side is convex
   bool within = false;
   const double reach = range_m + triangle_slack_m, reach2 = reach * reach;
   std::array<Eigen::Vector3d, 3> points;

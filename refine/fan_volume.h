@@ -15,11 +15,11 @@ struct Sphere {
   float radius = 0.0f;
 };
 
-/// The bounded volume of one fan: the points within range of the apex whose direction d has
-/// |d . array_axis| <= sin(truncation), an elevation asin(d . pole) between the limits, and
-/// d . middle >= 0. The three directions are the fan's orthonormal frame: along the array, towards
-/// the middle of the sector, and across both. The limits are within +-90 degrees, the truncation in
-/// 0 to 90.
+/// The bounded volume of one fan: the points within range of the apex whose direction d has |d .
+/// array_axis| <= sin(truncation), an elevation asin(d . pole) between the limits, and d . middle
+/// >= 0. The three directions are the fan's orthonormal frame: along the array, towards the middle
+/// of the sector, and perpendicular to these two. The limits are within +-90 degrees, the
+/// truncation in 0..90.
 struct FanVolume {
   Eigen::Vector3d apex = Eigen::Vector3d::Zero();  ///< local metres
   Eigen::Vector3d array_axis = Eigen::Vector3d::UnitX();
@@ -29,14 +29,14 @@ struct FanVolume {
   double elevation_low_rad = 0.0;
   double elevation_high_rad = 0.0;
   double range_m = 0.0;
-  double margin_m = 0.0;  ///< points this near count as inside
+  double margin_m = 0.0;  ///< points within this distance count as inside
 
   bool operator==(const FanVolume&) const = default;
 };
 
-/// Tests whether spheres can touch any of several fan volumes. It never misses one that touches,
-/// and sometimes reports one that does not (near the volume's edges). The rounding of the rays is
-/// included.
+/// Tests whether spheres can touch any of several fan volumes. The test is true for every sphere
+/// that touches a volume, and near a volume's edges also for some that do not. It takes the
+/// rounding of the rays into account.
 class ViewTest {
  public:
   ViewTest() = default;
@@ -53,10 +53,10 @@ class ViewTest {
   }
 
   using Corners = std::array<Eigen::Vector3f, 3>;
-  /// The same of a triangle, but stricter: half the margin for rounding. So all spheres around a
-  /// triangle that touches a volume touch it too, and what is found for a triangle does not depend
-  /// on how it was looked for. This holds if the elevation limits enclose 0, and for volumes that
-  /// were widened for a motion if the triangle is smaller than the range.
+  /// The same test for a triangle, but with half the margin for rounding. So if a triangle touches
+  /// a volume, all spheres around the triangle touch it, too, and the result for a triangle does
+  /// not depend on the way in which it was found. This holds if the elevation limits enclose 0. For
+  /// volumes that were widened for a motion, the triangle must also be smaller than the range.
   bool touches(const Corners& corners) const {
     for (const Bounds& volume : volumes_)
       if (volume.touch(corners)) return true;
@@ -73,20 +73,20 @@ class ViewTest {
     double cos_low, sin_low, cos_high, sin_high;
     double range_m, slack_m, triangle_slack_m;
   };
-  // Floats keep a ray's direction within 6e-8, and a tracer's arithmetic has an error of about ten
-  // such steps, relative to the distances it works with: here the range, there the face's own size
-  // (less than its sphere's).
+  // The direction of a ray in floats has an error of at most 6e-8. A tracer's arithmetic has an
+  // error of about ten such steps, relative to the distances that it computes with. These are the
+  // range (slack_m) and the face's own size, which is less than its sphere's (this constant).
   static constexpr double slack_of_radius = 4e-6;
 
   std::vector<Bounds> volumes_;
 };
 
-// Compares with the distance from each surface that bounds the volume; none is larger than the
-// distance from the volume itself. Let p be a point relative to the apex. The distance from the
-// cone |p . axis| = |p| sin(truncation) is exactly cos |a| - sin q with q the distance of p from
-// the axis. The distance from the cones of the limits, whose axis is the pole, is at least that
-// from their lines in the plane of p and the pole. It is inline because it is the inner loop of all
-// refinement.
+// Compares the radius with the distance from each surface that bounds the volume; none of these
+// distances is larger than the distance from the volume itself. Let p be a point relative to the
+// apex. Its distance from the cone |p . axis| = |p| sin(truncation) is exactly cos |a| - sin q,
+// where q is the distance of p from the axis. Its distance from the cones of the elevation limits,
+// whose axis is the pole, is at least the distance from their lines in the plane of p and the pole.
+// The function is inline because it is the innermost loop of all refinement.
 inline bool ViewTest::Bounds::touch(const Sphere& sphere) const {
   const Eigen::Vector3d p = sphere.centre.cast<double>() - apex;
   const double radius = sphere.radius * (1.0 + slack_of_radius) + slack_m;

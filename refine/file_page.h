@@ -8,7 +8,7 @@
 
 namespace ensonify::refine {
 
-// What the files of this library have in common: sections of whole pages, and a header that begins
+// Common parts of this library's files: each has sections of whole pages, and a header that begins
 // with 8 bytes, a version and the byte order.
 
 inline constexpr std::uint64_t page_bytes = 4096;
@@ -18,7 +18,7 @@ inline std::uint64_t page_end(std::uint64_t bytes) {
   return (bytes + page_bytes - 1) / page_bytes * page_bytes;
 }
 
-/// Like PNG's first bytes, they reveal a file that was converted as text.
+/// The first 8 bytes of a file. Like those of PNG, they differ if the file was converted as text.
 constexpr std::array<char, 8> file_magic(char a, char b, char c) {
   return {'\x89', a, b, c, '\r', '\n', '\x1a', '\n'};
 }

@@ -10,7 +10,7 @@ ExactFaces Footprint::query(std::span<const FanVolume> volumes) {
   for (const std::uint32_t leaf : leaves_) reached_[leaf / 64] = 0;
   leaves_.clear();
   split_.clear();
-  pending_.clear();  // left by a query that found damage
+  pending_.clear();  // a query that found damage may have left some
   for (std::uint32_t r = 0; r < mesh_->roots.size(); ++r)
     descend({mesh_->roots[r] - r, mesh_->roots[r], mesh_->end_of(r)});
   const std::size_t found = collect();
@@ -48,7 +48,7 @@ std::size_t Footprint::collect() {
     faces_.resize(most);
     source_faces_.resize(most);
   }
-  // Each face is written and then kept or overwritten: a branch would be mispredicted.
+  // Each face is written, then kept or overwritten: the processor would often mispredict a branch.
   std::size_t found = 0;
   const auto take = [&](std::size_t slot) {
     const Face face = mesh_->faces[slot];

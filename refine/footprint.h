@@ -10,26 +10,26 @@
 
 namespace ensonify::refine {
 
-/// Original faces that include all that a fan can touch. Corners are leaves of the progressive
-/// mesh, in the source mesh's corner order.
+/// Original faces that include all faces that a fan can touch. Corners are leaves of the
+/// progressive mesh, in the source mesh's corner order.
 struct ExactFaces {
-  std::span<const Eigen::Vector3f> points;      ///< by leaf
-  std::span<const Face> faces;                  ///< leaves
-  std::span<const std::uint32_t> source_faces;  ///< a face's number in the source mesh
+  std::span<const Eigen::Vector3f> points;      ///< one per leaf
+  std::span<const Face> faces;                  ///< three leaves each
+  std::span<const std::uint32_t> source_faces;  ///< numbers of the faces in the source mesh
 };
 
-/// Finds the faces inside fan volumes (of one ping or of several) by a walk from the roots: it
-/// descends where a node's sphere meets a volume, and collects the faces whose three leaves were
-/// reached.
+/// Finds the faces inside fan volumes (of one ping or of several) by descending from the roots of a
+/// progressive mesh: to a node's children if the node's sphere can touch a volume. Collects the
+/// faces whose three leaves were reached.
 class Footprint {
  public:
   /// The progressive mesh must outlive this.
   explicit Footprint(const ProgressiveMesh& mesh);
   explicit Footprint(ProgressiveMesh&&) = delete;
 
-  /// Valid until the next call; allocates nothing in a steady state. Throws DamagedFile if the part
-  /// of the progressive mesh's file that it needs is damaged (another query may succeed), and
-  /// std::invalid_argument as ViewTest does.
+  /// The result is valid until the next call. Allocates no memory in a steady state. Throws
+  /// DamagedFile if the needed part of the progressive mesh's file is damaged (another query may
+  /// succeed), and std::invalid_argument as ViewTest does.
   ExactFaces query(std::span<const FanVolume> volumes);
 
  private:
@@ -46,9 +46,9 @@ class Footprint {
   ViewTest view_;
   std::vector<std::uint64_t> reached_;  // one bit per leaf
   std::vector<std::uint32_t> leaves_;   // the leaves whose bit is set
-  std::vector<std::uint32_t> split_;    // the inner nodes that meet a volume
+  std::vector<std::uint32_t> split_;    // the inner nodes whose spheres can touch a volume
   std::vector<Branch> pending_;
-  std::vector<Face> faces_;  // the found faces; may be longer
+  std::vector<Face> faces_;  // the found faces; the array may be longer
   std::vector<std::uint32_t> source_faces_;
 };
 

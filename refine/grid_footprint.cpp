@@ -25,7 +25,7 @@ ExactFaces GridFootprint::query(std::span<const FanVolume> volumes) {
           std::span(source_faces_).first(face_count_)};
 }
 
-/// Whether a volume can touch the box of the cells between these rows and columns of points.
+/// Whether a volume can touch the box of the cells between these columns and rows of points.
 bool GridFootprint::touches(const HeightGrid::Range& range, int first_column, int end_column,
                             int first_row, int end_row) const {
   return !range.empty() && tiles_.view().touches(ball_around(

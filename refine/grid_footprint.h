@@ -18,12 +18,13 @@ namespace ensonify::refine {
 /// volumes' edges. It descends where the box of a block of cells can meet a volume.
 class GridFootprint {
  public:
-  /// Both must outlive this. The bodies' faces have the numbers that follow those of the grid.
+  /// Grid and bodies must outlive this object. The bodies' faces are numbered after the grid's
+  /// faces.
   GridFootprint(const HeightGrid& grid, const BallTree& bodies)
       : grid_(&grid), bodies_(&bodies), tiles_(grid) {}
 
-  /// Valid until the next call; allocates nothing in a steady state. Throws std::invalid_argument
-  /// as ViewTest does.
+  /// The result is valid until the next call. Allocates no memory in a steady state. Throws
+  /// std::invalid_argument as ViewTest does.
   ExactFaces query(std::span<const FanVolume> volumes);
 
  private:
@@ -37,7 +38,7 @@ class GridFootprint {
   const HeightGrid* grid_;
   const BallTree* bodies_;
   TilesInView tiles_;
-  // What was found; the arrays may be longer.
+  // The found points and faces; the arrays may be longer.
   std::vector<Eigen::Vector3f> points_;
   std::vector<Face> faces_;
   std::vector<std::uint32_t> source_faces_;

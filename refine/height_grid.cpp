@@ -17,7 +17,7 @@ using Range = HeightGrid::Range;
 
 bool bit(std::uint64_t word, int number) { return (word >> number & 1) != 0; }
 
-/// The heights of the faces of a block's cells.
+/// The range of the heights of all faces in a block.
 Range range_of_block(const Tile& tile, int first_column, int first_row) {
   constexpr int cells = HeightGrid::block_cells;
   Range range;
@@ -50,10 +50,9 @@ Range fill_ranges(Tile& tile) {
     for (int column = 0; column < HeightGrid::tile_blocks; ++column) {
       const Range range =
           range_of_block(tile, column * HeightGrid::block_cells, row * HeightGrid::block_cells);
-      tile.blocks[static_cast<std::size_t>(row * HeightGrid::tile_blocks + column)] = range;
-      tile.groups[static_cast<std::size_t>(row / HeightGrid::group_blocks *
-                                               HeightGrid::tile_groups +
-                                           column / HeightGrid::group_blocks)]
+      tile.blocks[number_in_rows(row, HeightGrid::tile_blocks, column)] = range;
+      tile.groups[number_in_rows(row / HeightGrid::group_blocks, HeightGrid::tile_groups,
+                                 column / HeightGrid::group_blocks)]
           .take(range);
       whole.take(range);
     }
@@ -69,7 +68,7 @@ RowOfCells row_of_cells(std::span<const double> south, std::span<const double> n
   for (std::size_t i = 0; i + 1 < south.size(); ++i) {
     const bool all =
         !(std::isnan(s[i]) || std::isnan(s[i + 1]) || std::isnan(n[i]) || std::isnan(n[i + 1]));
-    // Both diagonals have the same length on the map, so the one with the smaller height step is
+    // Both diagonals have the same length on the map, so the one with the smaller step of height is
     // shorter.
     const bool rises = std::abs(n[i + 1] - s[i]) <= std::abs(n[i] - s[i + 1]);
     row.whole |= std::uint64_t{all} << i;
@@ -117,10 +116,7 @@ void HeightGrid::make_levels(std::vector<Range> of_tiles) {
     std::size_t next = 0;
     for (int row = 0; row < below.rows; ++row)
       for (int column = 0; column < below.columns; ++column)
-        level
-            .ranges[static_cast<std::size_t>(row / 2) * static_cast<std::size_t>(level.columns) +
-                    static_cast<std::size_t>(column / 2)]
-            .take(below.ranges[next++]);
+        level.ranges[number_in_rows(row / 2, level.columns, column / 2)].take(below.ranges[next++]);
     levels_.push_back(std::move(level));
   }
 }
@@ -160,7 +156,7 @@ HeightGrid::Cell HeightGrid::cell(int column, int row) const {
 }
 
 std::uint8_t HeightGrid::kind_of(std::uint32_t face) const {
-  // The first faces of a row of a tile are numbered as if no cell before it had a hole.
+  // The first face of a row of a tile has the number that it has if no cell before it is a hole.
   const auto across = static_cast<std::uint32_t>(columns() - 1);
   const int row = static_cast<int>(face / 2 / across);
   const auto in_row = static_cast<int>(face / 2 % across);
@@ -229,7 +225,7 @@ TriangleMesh HeightGrid::mesh(int first_column, int end_column, int first_row, i
   if (all) mesh.positions.reserve(counts_.vertices);
   if (all) mesh.faces.reserve(counts_.faces);
   const auto points = static_cast<std::size_t>(std::max(0, end_column - first_column)) + 1;
-  // Vertices of the rows of points south and north of a row of cells.
+  // The vertices of the rows of points on the south side and on the north side of a row of cells.
   std::vector<std::uint32_t> south(points), north(points, 0);
   std::vector<std::uint8_t> used;
   // Numbers the points of a row that faces use.
@@ -281,7 +277,7 @@ void HeightGridBuilder::add_row(std::span<const double> z_m) {
   ++rows_;
 }
 
-/// Copies the heights into the tiles that have this row, one or two.
+/// Copies the heights into the one or two rows of tiles that have this row of points.
 void HeightGridBuilder::take_heights(std::span<const double> z_m) {
   constexpr int cells = HeightGrid::tile_cells;
   const auto copy = [&](int tile_row, int row) {
@@ -339,7 +335,7 @@ void HeightGridBuilder::take_cells(std::span<const double> north) {
   count_vertices(whole_);
 }
 
-/// Counts the points of the row before that faces use: of the cells to its south, or of `north`.
+/// Counts the points of the row before that faces of cells to its south (before_) or north use.
 void HeightGridBuilder::count_vertices(std::span<const std::uint64_t> north) {
   std::uint64_t carry = 0;
   for (std::size_t i = 0; i < before_.size(); ++i) {
@@ -350,7 +346,8 @@ void HeightGridBuilder::count_vertices(std::span<const std::uint64_t> north) {
   vertices_ += carry;
 }
 
-/// From the greatest steps along the rows and the columns: every face has one edge of each.
+/// The steepest slopes, from the greatest steps of height along rows and along columns. This is
+/// enough, because every face has one edge along a row and one along a column.
 Eigen::Vector2d HeightGridBuilder::steepest() const {
   constexpr auto points = static_cast<std::size_t>(HeightGrid::tile_points);
   float greatest_x = 0.0f, greatest_y = 0.0f;

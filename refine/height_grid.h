@@ -17,28 +17,34 @@ namespace ensonify::refine {
 
 class HeightTiles;
 
-/// A surface that is kept as heights of a grid, whose columns run east and rows run north. Its
-/// faces are computed when they are needed: two for every cell that has all four heights,
+/// The number of an element in an array of rows.
+constexpr std::size_t number_in_rows(int row, int columns, int column) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+         static_cast<std::size_t>(column);
+}
+
+/// A surface that is kept as the heights of a grid, whose columns run east and whose rows run
+/// north. Faces are computed when they are needed: two for every cell that has all four heights,
 /// row by row from the south-west, counter-clockwise seen from above. A cell is split along the
 /// diagonal that is shorter in space; if both are equal, along the one from the south-west corner.
-/// Its vertices are the grid points that a face uses, in row order. Shared by all threads; copies
+/// The vertices are the grid points that a face uses, in row order. All threads share it; copies
 /// share the memory.
 ///
-/// Either all of it is in memory, or its tiles are in a file and made when they are first needed
-/// (HeightTiles, height_tiles.h). With tiles in a file, holes leave gaps in the numbers of the
-/// faces, and the counts, the bounds and the mean are estimates, since not all tiles are made.
+/// The grid is in memory, or its tiles are in a file and are made when they are first needed
+/// (HeightTiles, height_tiles.h). If tiles are in a file, holes leave gaps in the numbers of the
+/// faces. The counts, the bounds and the mean are then estimates, because not all tiles are made.
 ///
-/// 2.5 bytes per face, of memory or in the file.
+/// It takes 2.5 bytes per face, in memory or in the file.
 class HeightGrid {
  public:
   static constexpr int tile_cells = 64;               ///< cells of a tile, in both directions
   static constexpr int tile_points = tile_cells + 1;  ///< neighbours share the points between them
-  static constexpr int block_cells = 4;               ///< of the smallest block that has a Range
+  static constexpr int block_cells = 4;  ///< cells of a block, the smallest part with a Range
   static constexpr int tile_blocks = tile_cells / block_cells;
   static constexpr int group_blocks = 4;  ///< blocks of a group, in both directions
   static constexpr int tile_groups = tile_blocks / group_blocks;
 
-  /// The heights of all faces of some cells lie between these. Without faces, lowest > highest.
+  /// The lowest and the highest height of all faces of some cells. Without faces, lowest > highest.
   struct Range {
     float lowest = std::numeric_limits<float>::infinity();
     float highest = -std::numeric_limits<float>::infinity();
@@ -54,13 +60,13 @@ class HeightGrid {
     }
   };
 
-  /// All data of 64 x 64 cells. Rows and columns count from its south-west corner. Beyond the
-  /// grid's border there are no faces.
+  /// All data of 64 x 64 cells. Rows and columns count from the tile's south-west corner. Beyond
+  /// the grid's border there are no faces.
   struct Tile {
-    std::array<std::uint64_t, tile_cells> whole;   ///< by row, a bit per cell: it has two faces
-    std::array<std::uint64_t, tile_cells> rising;  ///< it is split from south-west to north-east
+    std::array<std::uint64_t, tile_cells> whole;   ///< by row, a bit per cell: whether it has faces
+    std::array<std::uint64_t, tile_cells> rising;  ///< whether its diagonal begins at south-west
     std::array<std::uint32_t, tile_cells> first_face;  ///< number of the row's first face here
-    /// By row; NaN where there is no height. The last one is 0: it fills the tile up to 8 bytes.
+    /// Heights by row; NaN where there is none. The last element, 0, fills the tile up to 8 bytes.
     std::array<float, tile_points * tile_points + 1> z_m;
     std::array<Range, tile_groups * tile_groups> groups;
     std::array<Range, tile_blocks * tile_blocks> blocks;
@@ -86,8 +92,7 @@ class HeightGrid {
   };
 
   HeightGrid() = default;
-  /// A grid whose tiles are in a file. Its mean height, and the lowest and the highest, are those
-  /// that the tiles were described with.
+  /// A grid whose tiles are in a file. Mean, lowest and highest height are those of the Shape.
   explicit HeightGrid(std::shared_ptr<HeightTiles> tiles);
 
   int columns() const { return static_cast<int>(x_.size()); }  ///< of points
@@ -99,8 +104,8 @@ class HeightGrid {
   double mean_height_m() const { return counts_.mean_height_m; }
   /// Bounds of the vertices; both corners are zero without faces.
   const Bounds& bounds() const { return counts_.bounds; }
-  /// Bounds on the slope of every face (rise over run), eastwards and northwards; infinite if tiles
-  /// are in a file.
+  /// Bounds on the slopes (rise / run) of faces, to the east and north; infinite for tiles in a
+  /// file.
   const Eigen::Vector2d& steepest() const { return counts_.steepest; }
 
   std::span<const float> x() const { return x_; }  ///< of each column, m
@@ -108,16 +113,17 @@ class HeightGrid {
   float x(int column) const { return x_[static_cast<std::size_t>(column)]; }
   float y(int row) const { return y_[static_cast<std::size_t>(row)]; }
 
+  static int tiles_across(int points) { return (points - 2) / tile_cells + 1; }
   int tile_columns() const { return tiles_across(columns()); }
   int tile_rows() const { return tiles_across(rows()); }
-  /// Throws what HeightTiles::require() throws, if the tiles are in a file.
+  /// If the tiles are in a file, throws what HeightTiles::require() throws.
   const Tile& tile(int column, int row) const {
     const std::size_t number = tile_number(column, row);
     if (in_file_ != nullptr) require(number);
     return tiles_[number];
   }
-  /// Level 0 has a Range per tile; each further level one per 2 x 2 of the level below. The last
-  /// one has a single Range.
+  /// Level 0 has a Range per tile. Each further level has a Range for 2 x 2 of the level below it.
+  /// The last level has a single Range.
   int levels() const { return static_cast<int>(levels_.size()); }
   bool has_range(int level, int column, int row) const {
     const Level& at = levels_[static_cast<std::size_t>(level)];
@@ -126,20 +132,19 @@ class HeightGrid {
   Range range(int level, int column, int row) const {
     if (level == 0 && in_file_ != nullptr) return range_in_file(tile_number(column, row));
     const Level& at = levels_[static_cast<std::size_t>(level)];
-    return at.ranges[static_cast<std::size_t>(row) * static_cast<std::size_t>(at.columns) +
-                     static_cast<std::size_t>(column)];
+    return at.ranges[number_in_rows(row, at.columns, column)];
   }
-  /// The file with the tiles, if they are in one.
+  /// The tiles, if they are in a file; otherwise null.
   HeightTiles* tiles_in_file() const { return in_file_.get(); }
 
   /// The cell north-east of a point.
   Cell cell(int column, int row) const;
-  /// The kind of a face, for a grid whose tiles have kinds (HeightTiles): that of most of its
-  /// corners, or of the first corner if all three differ.
+  /// The kind of a face, for a grid whose tiles have kinds (HeightTiles): the kind of two or three
+  /// of its corners, or of the first corner if all three are different.
   std::uint8_t kind_of(std::uint32_t face) const;
   /// The position of a grid point; z is NaN where there is no height.
   Eigen::Vector3f point(int column, int row) const;
-  /// The heights of the points of a row from a column on, NaN where there is none.
+  /// The heights of the points of a row from a column on; NaN where there is none.
   void heights(int row, int first_column, std::span<float> z_m) const;
 
   /// Whether each of the points [first_column, end_column] of a row is used by a face that lies
@@ -149,9 +154,9 @@ class HeightGrid {
                    std::vector<std::uint8_t>& used) const;
 
   /// The faces of the cells [first_column, end_column) x [first_row, end_row), in order, with the
-  /// vertices that they use, in order. Appends the numbers of the faces, if they are wanted. Throws
-  /// MeshError if there are more vertices than 32 bits can number. `stop_check` is called for each
-  /// row; what it throws ends the work.
+  /// vertices that they use, in order. If `numbers` is not null, appends the numbers of the faces.
+  /// Throws MeshError if there are more vertices than 32 bits can number. `stop_check` is called
+  /// for each row; its exceptions end the work.
   TriangleMesh mesh(int first_column, int end_column, int first_row, int end_row,
                     std::vector<std::uint32_t>* numbers = nullptr,
                     const std::function<void()>& stop_check = {}) const;
@@ -178,10 +183,8 @@ class HeightGrid {
   };
 
   HeightGrid(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin);
-  static int tiles_across(int points) { return (points - 2) / tile_cells + 1; }
   std::size_t tile_number(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(tile_columns()) +
-           static_cast<std::size_t>(column);
+    return number_in_rows(row, tile_columns(), column);
   }
   void make_levels(std::vector<Range> of_tiles);
   void require(std::size_t tile) const;
@@ -201,33 +204,34 @@ struct RowOfCells {
   std::uint64_t whole = 0;   ///< as in HeightGrid::Tile
   std::uint64_t rising = 0;  ///< also of cells that are not whole
 };
-/// For as many cells as `south` has points, less one; `tile_south` are the same heights as floats,
-/// and those of the next row follow a row of a tile later. Throws MeshError, with the number of the
-/// row of cells in the grid, if a height of a whole cell fits no float.
+/// Computes the cells between the heights `south` and `north` of two rows of points; there is one
+/// cell less than points. `tile_south` has the heights of `south` as floats in a tile, where those
+/// of `north` follow as the tile's next row. Throws MeshError, with the number of the row of cells
+/// in the grid, if a height of a whole cell does not fit a float.
 RowOfCells row_of_cells(std::span<const double> south, std::span<const double> north,
                         const float* tile_south, int row_in_grid);
 
 /// The most vertices, or faces, that a mesh can number.
 inline constexpr std::uint64_t max_numbers = std::numeric_limits<std::uint32_t>::max();
-/// Throws MeshError for a grid of fewer than 2 x 2 points: it has no cell.
+/// Throws MeshError for a grid of fewer than 2 x 2 points, because it has no cell.
 void check_has_cell(std::size_t columns, std::size_t rows);
 /// Throws MeshError for a grid whose faces are more than a mesh can number.
 [[noreturn]] void throw_too_many_faces(std::size_t columns, std::size_t rows);
 
-/// Fills the ranges of a tile's blocks and groups; returns that of the whole tile.
+/// Fills the ranges of a tile's blocks and groups; returns the range of the whole tile.
 HeightGrid::Range fill_ranges(HeightGrid::Tile& tile);
 
-/// Makes a HeightGrid of rows of heights, from the south.
+/// Makes a HeightGrid from rows of heights, beginning in the south.
 class HeightGridBuilder {
  public:
-  /// Columns at these places to the east and rows at these to the north (m, local, ascending).
+  /// x_m and y_m: the places of columns to the east and of rows to the north (m, local, ascending).
   /// Throws MeshError for fewer than 2 x 2 points, and for places that are not finite.
   HeightGridBuilder(std::vector<float> x_m, std::vector<float> y_m,
                     const Eigen::Vector3d& world_origin);
-  /// Adds the next row: one height (m) per column, NaN for a hole. Throws MeshError for a height
-  /// of a face that does not fit a float, and for more faces than 32 bits can number.
+  /// Adds the next row: one height (m) per column, NaN for a hole. Throws MeshError if a height of
+  /// a face does not fit a float, and for more faces than 32 bits can number.
   void add_row(std::span<const double> z_m);
-  /// The grid, once all rows are there. Throws MeshError if no cell has all four heights.
+  /// Returns the grid when all rows were added. Throws MeshError if no cell has all four heights.
   HeightGrid finish() &&;
 
  private:

@@ -1,10 +1,7 @@
 #include <ensonify/refine/height_tiles.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <system_error>
@@ -32,10 +29,6 @@ using Range = HeightGrid::Range;
 constexpr std::array<char, 8> tiles_magic = file_magic('E', 'H', 'T');
 constexpr std::uint32_t version = 1, version_with_kinds = 2;
 
-int tiles_across(std::size_t points) {
-  return (static_cast<int>(points) - 2) / HeightGrid::tile_cells + 1;
-}
-
 template <class T>
 std::span<const std::byte> bytes_of(const std::vector<T>& values) {
   return std::as_bytes(std::span(values));
@@ -48,39 +41,8 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
                                       file, step));
 }
 
-}  // namespace
-
-/// The file's first page, padded with zeros.
-struct HeightTiles::Header {
-  std::array<char, 8> magic;
-  std::uint32_t version, byte_order;
-  std::uint64_t checksum;  // of the header, with 0 in this place, and of the places
-  std::uint64_t columns, rows;
-  std::array<double, 3> world_origin;
-  double mean_height_m;
-  float lowest_m, highest_m;
-  FileKey key;
-};
-
-/// Where everything is: header, places of columns and rows, table, tiles, kinds.
-struct HeightTiles::Layout {
-  std::uint64_t places, table, tiles, kinds, end;
-  Layout(std::uint64_t columns, std::uint64_t rows, std::uint64_t count, bool with_kinds)
-      : places(page_bytes),
-        table(places + page_end((columns + rows) * sizeof(float))),
-        tiles(table + page_end(count * sizeof(Entry))),
-        kinds(tiles + count * sizeof(Tile)),
-        end(kinds + (with_kinds ? count * sizeof(Kinds) : 0)) {}
-};
-
-HeightTiles::Layout HeightTiles::layout() const {
-  return {shape_.x_m.size(), shape_.y_m.size(), count_, with_kinds_};
-}
-
-namespace {
-
-/// The kinds of a tile whose first point is at (west, south) of a chunk of columns x rows points;
-/// 0 beyond the grid.
+/// Copies the kinds of a tile whose first point is at (west, south) in a chunk of columns x rows
+/// points; 0 beyond the grid.
 void take_kinds(HeightTiles::Kinds& to, int west, int south, int columns, int rows,
                 std::span<const std::uint8_t> kinds) {
   to.fill(0);
@@ -102,40 +64,63 @@ std::uint64_t header_checksum(Header header, const HeightTiles::Shape& shape) {
 
 }  // namespace
 
+/// The file's first page, padded with zeros.
+struct HeightTiles::Header {
+  std::array<char, 8> magic;
+  std::uint32_t version, byte_order;
+  std::uint64_t checksum;  // of the header, with 0 in this place, and of the places
+  std::uint64_t columns, rows;
+  std::array<double, 3> world_origin;
+  double mean_height_m;
+  float lowest_m, highest_m;
+  FileKey key;
+};
+
+/// The offsets of the file's parts: header, places of columns and rows, table, tiles, kinds.
+struct HeightTiles::Layout {
+  std::uint64_t places, table, tiles, kinds, end;
+  Layout(std::uint64_t columns, std::uint64_t rows, std::uint64_t count, bool with_kinds)
+      : places(page_bytes),
+        table(places + page_end((columns + rows) * sizeof(float))),
+        tiles(table + page_end(count * sizeof(Entry))),
+        kinds(tiles + count * sizeof(Tile)),
+        end(kinds + (with_kinds ? count * sizeof(Kinds) : 0)) {}
+};
+
+HeightTiles::Layout HeightTiles::layout() const {
+  return {shape_.x_m.size(), shape_.y_m.size(), tiles(), with_kinds_};
+}
+
+// Both constructors delegate to the default one, so that the destructor runs if they throw.
 HeightTiles::HeightTiles(std::vector<float> x_m, std::vector<float> y_m,
                          const Eigen::Vector3d& world_origin, const Describe& describe,
                          Heights heights, const std::filesystem::path& file, const std::string& key,
                          bool with_kinds)
-    : shape_{std::move(x_m), std::move(y_m), world_origin},
-      heights_(std::move(heights)),
-      name_(file.string()),
-      key_(key),
-      with_kinds_(with_kinds) {
+    : HeightTiles() {
+  shape_ = {std::move(x_m), std::move(y_m), world_origin};
+  heights_ = std::move(heights);
+  name_ = file.string();
+  key_ = key;
+  with_kinds_ = with_kinds;
   static_assert(sizeof(Entry) == 24 && std::is_trivially_copyable_v<Tile>);
   const std::uint64_t columns = shape_.x_m.size(), rows = shape_.y_m.size();
   check_has_cell(columns, rows);
   if (2 * (columns - 1) * (rows - 1) > max_numbers) throw_too_many_faces(columns, rows);
-  count_tiles();
   open(file, describe);
   map();
   read_table();
 }
 
-HeightTiles::HeightTiles(const std::filesystem::path& file) : name_(file.string()) {
+HeightTiles::HeightTiles(const std::filesystem::path& file) : HeightTiles() {
+  name_ = file.string();
   const FileReader reader(file);
   if (!reader.fault().empty()) throw MeshError(name_ + ": " + reader.fault());
   descriptor_ = ::fcntl(reader.descriptor(), F_DUPFD_CLOEXEC, 0);
   if (descriptor_ < 0)
     throw MeshError(
         fmt::format("{}: cannot be opened: {}", name_, std::generic_category().message(errno)));
-  try {
-    read_header();
-    count_tiles();
-    read_table();
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
+  read_header();
+  read_table();
 }
 
 HeightTiles::~HeightTiles() {
@@ -147,16 +132,9 @@ bool HeightTiles::is_one(const std::filesystem::path& file) {
   return begins_with(file, {tiles_magic.data(), tiles_magic.size()});
 }
 
-int HeightTiles::tile_columns() const { return tiles_across(shape_.x_m.size()); }
-int HeightTiles::tile_rows() const { return tiles_across(shape_.y_m.size()); }
-
 std::uint64_t HeightTiles::file_bytes() const { return layout().end; }
 
-void HeightTiles::count_tiles() {
-  count_ = static_cast<std::size_t>(tile_columns()) * static_cast<std::size_t>(tile_rows());
-}
-
-/// Opens the file, which is made if it is not there, and compares it with what is wanted.
+/// Opens the file, or makes it if it is not there, and compares its header with the wanted grid.
 void HeightTiles::open(const std::filesystem::path& file, const Describe& describe) {
   if (file.empty()) {
     describe(shape_);
@@ -175,18 +153,13 @@ void HeightTiles::open(const std::filesystem::path& file, const Describe& descri
   const Shape wanted = std::exchange(shape_, {});
   const std::string key = std::exchange(key_, {});
   const bool with_kinds = with_kinds_;
-  try {
-    read_header();
-    if (key_ != key || with_kinds_ != with_kinds || shape_.x_m != wanted.x_m ||
-        shape_.y_m != wanted.y_m || shape_.world_origin != wanted.world_origin)
-      throw MeshError(fmt::format("{}: has the tiles of another seafloor", name_));
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
+  read_header();
+  if (key_ != key || with_kinds_ != with_kinds || shape_.x_m != wanted.x_m ||
+      shape_.y_m != wanted.y_m || shape_.world_origin != wanted.world_origin)
+    throw MeshError(fmt::format("{}: has the tiles of another seafloor", name_));
 }
 
-/// Writes a file without tiles. It appears whole, so a second process either makes it or finds it.
+/// Writes a file without tiles. It appears complete, so another process either finds or makes it.
 void HeightTiles::create(const std::filesystem::path& file) const {
   Header header{.magic = tiles_magic,
                 .version = with_kinds_ ? version_with_kinds : version,
@@ -199,8 +172,7 @@ void HeightTiles::create(const std::filesystem::path& file) const {
                 .lowest_m = shape_.lowest_m,
                 .highest_m = shape_.highest_m,
                 .key = {}};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    header.world_origin[axis] = shape_.world_origin[static_cast<Eigen::Index>(axis)];
+  std::copy_n(shape_.world_origin.data(), 3, header.world_origin.begin());
   std::ranges::copy(key_.substr(0, header.key.size()), header.key.begin());
   header.checksum = header_checksum(header, shape_);
   std::array<std::byte, page_bytes> first{};
@@ -220,7 +192,7 @@ void HeightTiles::read_header() {
   if ((header.version != version && header.version != version_with_kinds) ||
       header.byte_order != byte_order)
     refuse("is of another version of ensonify, or of another kind of machine; remove it");
-  // Before anything is allocated.
+  // Checked before memory is allocated.
   const auto sound = [](std::uint64_t points) { return points >= 2 && points < 1u << 31; };
   if (!sound(header.columns) || !sound(header.rows) ||
       2 * (header.columns - 1) > max_numbers / (header.rows - 1))
@@ -232,8 +204,7 @@ void HeightTiles::read_header() {
             std::as_writable_bytes(std::span(shape_.y_m))) ||
       header.checksum != header_checksum(header, shape_))
     refuse("its header is damaged; remove it");
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    shape_.world_origin[static_cast<Eigen::Index>(axis)] = header.world_origin[axis];
+  shape_.world_origin = Eigen::Vector3d(header.world_origin.data());
   with_kinds_ = header.version == version_with_kinds;
   shape_.mean_height_m = header.mean_height_m;
   shape_.lowest_m = header.lowest_m;
@@ -245,8 +216,8 @@ void HeightTiles::map() {
   const Layout layout = this->layout();
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) fail_in_cache(name_, "read its size", errno);
-  // To its full length, with a hole where tiles are not made yet: nothing of the mapping lies
-  // behind the file's end.
+  // The file gets its full length, with a hole where tiles are not made yet. So no part of the
+  // mapping is behind the file's end.
   if (static_cast<std::uint64_t>(status.st_size) < layout.end &&
       ::ftruncate(descriptor_, static_cast<off_t>(layout.end)) != 0)
     fail_in_cache(name_, "make it larger", errno);
@@ -259,7 +230,7 @@ void HeightTiles::map() {
             "limit (ulimit -v), or make the bed's cells larger",
             name_, 1e-9 * static_cast<double>(layout.end)));
   if (at == MAP_FAILED) fail_in_cache(name_, "map it into memory", errno);
-  // Fans touch tiles here and there, and reading ahead would fill the memory.
+  // Fans touch tiles in scattered places, so reading ahead would fill the memory.
   ::madvise(at, layout.end, MADV_RANDOM);
   mapping_ = at;
   tiles_ = reinterpret_cast<const Tile*>(static_cast<const std::byte*>(at) + layout.tiles);
@@ -271,12 +242,12 @@ void HeightTiles::read_table() {
   const auto chunks = static_cast<std::size_t>(chunk_columns()) *
                       static_cast<std::size_t>((tile_rows() - 1) / chunk_tiles + 1);
   chunk_locks_ = std::vector<std::mutex>(chunks);
-  states_ = std::make_unique<std::atomic<State>[]>(count_);
-  entries_.resize(count_);
+  states_ = std::make_unique<std::atomic<State>[]>(tiles());
+  entries_.resize(tiles());
   if (!read(layout().table, std::as_writable_bytes(std::span(entries_))))
-    entries_.assign(count_, Entry{});
+    entries_.assign(tiles(), Entry{});
   std::size_t made = 0;
-  for (std::size_t tile = 0; tile < count_; ++tile) {
+  for (std::size_t tile = 0; tile < tiles(); ++tile) {
     const bool there = entries_[tile].check == check_of(entries_[tile], tile);
     states_[tile].store(there ? State::there : State::absent, std::memory_order_relaxed);
     made += there;
@@ -298,8 +269,8 @@ std::uint64_t HeightTiles::checksum_of_tile(const Tile& tile, const Kinds* kinds
   return kinds ? XXH3_64bits_withSeed(kinds, sizeof *kinds, of_heights) : of_heights;
 }
 
-/// Whether a tile is in the file and whole; its lock is held. Its entry is read again, since
-/// another process may have made it.
+/// Whether a tile is in the file and undamaged. The lock of its chunk must be held. The tile's
+/// entry is read again, because another process may have made the tile.
 bool HeightTiles::find(std::size_t tile) {
   const State state = states_[tile].load(std::memory_order_relaxed);
   if (state == State::checked) return true;
@@ -312,7 +283,8 @@ bool HeightTiles::find(std::size_t tile) {
   return true;
 }
 
-/// Takes a tile that is whole. An entry that others may be reading stays: it can only be the same.
+/// Marks an undamaged tile as checked. If other threads may be reading its entry, the entry is not
+/// written again, because it can only be the same.
 void HeightTiles::put(std::size_t tile, const Entry& entry) {
   if (states_[tile].load(std::memory_order_relaxed) == State::absent) {
     entries_[tile] = entry;
@@ -321,27 +293,13 @@ void HeightTiles::put(std::size_t tile, const Entry& entry) {
   states_[tile].store(State::checked, std::memory_order_release);
 }
 
-template <class F>
-void HeightTiles::for_each_tile(std::size_t chunk, F&& f) const {
-  const auto across = static_cast<std::size_t>(chunk_columns());
-  const int first_column = static_cast<int>(chunk % across) * chunk_tiles;
-  const int first_row = static_cast<int>(chunk / across) * chunk_tiles;
-  for (int row = first_row; row < std::min(first_row + chunk_tiles, tile_rows()); ++row)
-    for (int column = first_column; column < std::min(first_column + chunk_tiles, tile_columns());
-         ++column)
-      f(static_cast<std::size_t>(row) * static_cast<std::size_t>(tile_columns()) +
-            static_cast<std::size_t>(column),
-        column, row);
-}
-
 void HeightTiles::check_or_make(std::size_t tile) {
   const int column = static_cast<int>(tile % static_cast<std::size_t>(tile_columns()));
   const int row = static_cast<int>(tile / static_cast<std::size_t>(tile_columns()));
   const std::size_t chunk =
-      static_cast<std::size_t>(row / chunk_tiles) * static_cast<std::size_t>(chunk_columns()) +
-      static_cast<std::size_t>(column / chunk_tiles);
+      number_in_rows(row / chunk_tiles, chunk_columns(), column / chunk_tiles);
   const std::lock_guard lock(chunk_locks_[chunk]);
-  // A tile that is not there costs its chunk, so find() is called for all of it.
+  // If the tile is absent, make() is called at once: it calls find() for all tiles of the chunk.
   if (states_[tile].load(std::memory_order_relaxed) == State::absent || !find(tile)) make(chunk);
 }
 
@@ -350,18 +308,23 @@ void HeightTiles::require_chunk(std::size_t chunk) {
   make(chunk);
 }
 
-/// Makes those tiles of a chunk that are not there, or not whole. Its lock is held.
+/// Makes the tiles of a chunk that are absent or damaged. The chunk's lock must be held.
 void HeightTiles::make(std::size_t chunk) {
   const auto across = static_cast<std::size_t>(chunk_columns());
-  const int first_column = static_cast<int>(chunk % across) * chunk_cells;
-  const int first_row = static_cast<int>(chunk / across) * chunk_cells;
+  const int first_tile_column = static_cast<int>(chunk % across) * chunk_tiles;
+  const int first_tile_row = static_cast<int>(chunk / across) * chunk_tiles;
+  const int first_column = first_tile_column * HeightGrid::tile_cells;
+  const int first_row = first_tile_row * HeightGrid::tile_cells;
   const int columns =
       std::min(chunk_cells, static_cast<int>(shape_.x_m.size()) - 1 - first_column) + 1;
   const int rows = std::min(chunk_cells, static_cast<int>(shape_.y_m.size()) - 1 - first_row) + 1;
   std::vector<std::pair<std::size_t, std::array<int, 2>>> missing;
-  for_each_tile(chunk, [&](std::size_t tile, int column, int row) {
-    if (!find(tile)) missing.push_back({tile, {column, row}});
-  });
+  for (int row = first_tile_row; row < std::min(first_tile_row + chunk_tiles, tile_rows()); ++row)
+    for (int column = first_tile_column;
+         column < std::min(first_tile_column + chunk_tiles, tile_columns()); ++column) {
+      const std::size_t tile = number_in_rows(row, tile_columns(), column);
+      if (!find(tile)) missing.push_back({tile, {column, row}});
+    }
   if (missing.empty()) return;
 
   const std::size_t points = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
@@ -388,7 +351,7 @@ void HeightTiles::make(std::size_t chunk) {
   }
 }
 
-/// Makes one tile, without its ranges, of the heights of a chunk.
+/// Makes one tile, without its ranges, from the heights of a chunk.
 void HeightTiles::make_tile(Tile& tile, int tile_column, int tile_row, int first_column,
                             int first_row, int columns, std::span<const double> z_m) const {
   tile = {};
@@ -399,10 +362,8 @@ void HeightTiles::make_tile(Tile& tile, int tile_column, int tile_row, int first
       std::min(HeightGrid::tile_cells, static_cast<int>(shape_.x_m.size()) - 1 - west);
   const int up = std::min(HeightGrid::tile_cells, static_cast<int>(shape_.y_m.size()) - 1 - south);
   const auto row_of = [&](int row) {
-    return z_m.subspan(
-        static_cast<std::size_t>(south - first_row + row) * static_cast<std::size_t>(columns) +
-            static_cast<std::size_t>(west - first_column),
-        static_cast<std::size_t>(across) + 1);
+    return z_m.subspan(number_in_rows(south - first_row + row, columns, west - first_column),
+                       static_cast<std::size_t>(across) + 1);
   };
   for (int row = 0; row <= up; ++row)
     std::ranges::transform(row_of(row), tile.z_m.begin() + row * HeightGrid::tile_points,
@@ -444,8 +405,8 @@ bool HeightTiles::read(std::uint64_t offset, std::span<std::byte> bytes) const {
 
 std::vector<Range> HeightTiles::ranges() const {
   std::vector<Range> all;
-  all.reserve(count_);
-  for (std::size_t tile = 0; tile < count_; ++tile) all.push_back(range(tile));
+  all.reserve(tiles());
+  for (std::size_t tile = 0; tile < tiles(); ++tile) all.push_back(range(tile));
   return all;
 }
 

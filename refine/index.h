@@ -9,7 +9,7 @@ namespace ensonify::refine {
 using Index = std::uint32_t;
 inline constexpr Index none = std::numeric_limits<Index>::max();
 
-/// Two numbers as one, which is ordered by the first.
+/// Packs two numbers into one, so that packed numbers are in the order of `high`, then of `low`.
 constexpr std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
 
 }  // namespace ensonify::refine

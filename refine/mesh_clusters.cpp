@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The progressive mesh of faces with these numbers.
+/// The progressive mesh of a mesh whose face i has the number number_of(i).
 ProgressiveMesh numbered(const TriangleMesh& mesh, auto number_of, Borders borders) {
   ProgressiveMeshArrays built = build_of_any_mesh(mesh, 1, borders);
   for (std::uint32_t& face : built.source_face)
@@ -38,8 +37,7 @@ MeshClusters::MeshClusters(const HeightGrid& grid, const TriangleMesh& bodies, f
 }
 
 std::size_t MeshClusters::with_tile(int tile_column, int tile_row) const {
-  return static_cast<std::size_t>(tile_row / cluster_tiles) * static_cast<std::size_t>(columns()) +
-         static_cast<std::size_t>(tile_column / cluster_tiles);
+  return number_in_rows(tile_row / cluster_tiles, columns(), tile_column / cluster_tiles);
 }
 
 bool MeshClusters::has_faces(std::size_t cluster) const {
@@ -58,16 +56,13 @@ fs::path MeshClusters::file_of(const fs::path& folder, std::size_t cluster) {
   return folder / fmt::format("{}.mesh", cluster);
 }
 
-/// The cluster if it is in memory, else null.
-std::shared_ptr<const ProgressiveMesh> MeshClusters::known(std::size_t cluster) {
-  const std::lock_guard lock(mutex_);
-  return in_use_[cluster].lock();
-}
-
 std::shared_ptr<const ProgressiveMesh> MeshClusters::get(std::size_t cluster) {
   if (cluster == locks_.size()) return bodies_;
   const std::lock_guard making(locks_[cluster]);
-  if (auto found = known(cluster)) return found;
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto found = in_use_[cluster].lock()) return found;
+  }
   auto made = std::make_shared<const ProgressiveMesh>(open_or_make(cluster));
   const std::lock_guard lock(mutex_);
   in_use_[cluster] = made;
@@ -79,7 +74,7 @@ std::shared_ptr<const ProgressiveMesh> MeshClusters::get(std::size_t cluster) {
 ProgressiveMesh MeshClusters::open_or_make(std::size_t cluster) {
   if (folder_.empty()) return analyse(cluster);
   const fs::path file = file_of(folder_, cluster);
-  std::error_code unreadable;  // is as good as not there
+  std::error_code unreadable;  // is treated as not there
   if (fs::exists(file, unreadable)) {
     try {
       ProgressiveMesh found = map_progressive_mesh(file);
@@ -92,7 +87,7 @@ ProgressiveMesh MeshClusters::open_or_make(std::size_t cluster) {
   try {
     fs::create_directories(folder_);
     save(made, {.key = key_}, file);
-    return map_progressive_mesh(file);  // its memory can be taken back
+    return map_progressive_mesh(file);  // the system can take back its memory
   } catch (const std::system_error&) {  // no room: it stays in memory
   } catch (const MeshError&) {          // another process removed it
   }
@@ -125,7 +120,7 @@ std::span<const std::size_t> ClustersInView::find(std::span<const FanVolume> vol
   return numbers_;
 }
 
-/// Drops the clusters that are not wanted any more, and adds those that are wanted now.
+/// Makes the wanted clusters the active ones: others are dropped, and missing ones are added.
 void ActiveClusters::take(std::span<const std::size_t> wanted) {
   next_.clear();
   auto old = active_.begin();
@@ -145,7 +140,8 @@ void ActiveClusters::add(Active& active, List& list) {
   const ExactFaces exact = active.mesh.exact_faces();
   const auto first = static_cast<std::uint32_t>(list.points.size());
   leaves_.clear();
-  // A leaf's place is valid if the list of leaves has this leaf there; so old values do not matter.
+  // A leaf's place is valid only if the list of leaves has the leaf there. So places of earlier
+  // calls need not be cleared.
   const auto place_of = [&](std::uint32_t leaf) {
     std::uint32_t& place = active.place_of_leaf[leaf];
     if (place >= leaves_.size() || leaves_[place] != leaf) {

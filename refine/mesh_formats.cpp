@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstddef>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -25,7 +24,7 @@ std::string_view without_plus(std::string_view word) {
   return plus ? word.substr(1) : word;
 }
 
-/// Reads a word as a number (or nan, inf); too small becomes 0, too large inf.
+/// Reads a word as a number, nan or inf. Numbers too small for double become 0, too large ones inf.
 std::optional<double> to_number(std::string_view word) {
   word = without_plus(word);
   double value = 0.0;
@@ -37,10 +36,11 @@ std::optional<double> to_number(std::string_view word) {
   return value;
 }
 
-/// Cuts ears off a polygon: corners whose triangle lies inside it and holds no other corner.
+/// Cuts ears off a polygon. An ear is a corner whose triangle with its two neighbours is inside the
+/// polygon and has no other corner in it.
 class EarCutter {
  public:
-  /// `corners` as seen from where the normal points to.
+  /// `corners` are counter-clockwise when the normal points to the viewer.
   EarCutter(const std::vector<std::uint32_t>& corners,
             const std::vector<Eigen::Vector3d>& positions, const Eigen::Vector3d& normal)
       : corners_(corners), left_(corners.size()) {
@@ -52,12 +52,12 @@ class EarCutter {
     std::iota(left_.begin(), left_.end(), std::size_t{0});
   }
 
-  /// The triangles; none if the polygon has no ear, since it crosses itself.
+  /// Returns the triangles; none if the polygon has no ear, because it crosses itself.
   std::vector<Face> cut() {
     std::vector<Face> faces;
     std::size_t tried = 0, i = 0;
     while (left_.size() > 3) {
-      // Corners on a straight line make no triangle as long as there are others.
+      // A corner on a straight line is cut off only if there is no other ear.
       const bool all_tried = tried >= left_.size();
       if (tried >= 2 * left_.size()) return {};
       i %= left_.size();
@@ -105,7 +105,7 @@ class EarCutter {
 
 void split_concave_polygons(FileMesh& mesh, std::string_view name) {
   constexpr double rounding = 1e-5;        // of a polygon's area
-  constexpr std::size_t max_faces = 1000;  // the work grows with their square, and faster
+  constexpr std::size_t max_faces = 1000;  // the work grows with the square of this, or faster
   const auto product = [&](const Face& face) -> Eigen::Vector3d {  // twice the area
     const Eigen::Vector3d& origin = mesh.positions[face[0]];
     return (mesh.positions[face[1]] - origin).cross(mesh.positions[face[2]] - origin);
@@ -150,7 +150,8 @@ std::size_t MeshText::line_end_bytes(std::size_t place) const {
   return bytes_.substr(place, 2) == "\r\n" ? 2 : 1;
 }
 
-/// The length of a backslash here and the line end after it, if it joins two lines; otherwise 0.
+/// If a backslash at this place joins two lines, the number of bytes from it to the end of the line
+/// end after it; otherwise 0.
 std::size_t MeshText::joint_bytes() const {
   if (!rules_.joined_lines || bytes_[place_] != '\\') return 0;
   std::size_t place = place_ + 1;

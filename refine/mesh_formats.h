@@ -10,22 +10,23 @@
 
 #include <ensonify/refine/triangle_mesh.h>
 
-// Shared by the four parsers behind mesh_reader.h; not for other users.
+// Common parts of the four parsers that mesh_reader.h uses; not for other users.
 namespace ensonify::refine {
 
 /// A mesh as read from a file, in world metres.
 struct FileMesh {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Face> faces;
-  /// Of each polygon with more than three corners: its first face and their number.
+  /// The faces of a polygon with more than three corners: number of the first one, and their count.
   struct Polygon {
     std::size_t first, faces;
   };
   std::vector<Polygon> polygons;
 };
 
-/// Each parses a whole file; `name` is the file's name for messages. Coordinates are finite and
-/// within largest_mesh_m, indices in range, and there is at least one face. Throws MeshError.
+/// Each function parses a whole file; `name` is the file's name for messages. In the result,
+/// coordinates are finite and within largest_mesh_m, indices are in range, and there is at least
+/// one face. Throws MeshError.
 FileMesh parse_ply(std::string_view bytes, std::string_view name);
 FileMesh parse_obj(std::string_view bytes, std::string_view name);
 FileMesh parse_stl(std::string_view bytes, std::string_view name);
@@ -53,15 +54,15 @@ class Fan {
   std::size_t corners_ = 0;
 };
 
-/// Splits the concave polygons again, into the same number of triangles: a fan covers more than
-/// such a polygon. One that crosses itself stays a fan. Throws MeshError for one with too many
-/// corners.
+/// Replaces the fan of each concave polygon by as many other triangles, because a fan covers more
+/// than a concave polygon. A polygon that crosses itself stays a fan. Throws MeshError for a
+/// concave polygon with too many corners.
 void split_concave_polygons(FileMesh& mesh, std::string_view name);
 
 /// Text from a file for a message: shortened and printable.
 std::string quoted(std::string_view text);
 
-/// Throws MeshError for a binary file, with the byte as the place.
+/// Throws MeshError for a fault in a binary file, at this byte.
 [[noreturn]] void fail_at_byte(std::string_view name, std::size_t byte, const std::string& what);
 
 /// The message for an index out of range.
@@ -79,11 +80,11 @@ class MeshText {
 
   /// The next word of this line, empty at the line's end.
   std::string_view word();
-  /// The next word, on a later line if this one has none; fails at the end of the file.
+  /// The next word of this line or a later one. Fails at the file's end; the message has `wanted`.
   std::string_view next_word(std::string_view wanted);
-  /// Moves to the line of the next word; returns false at the end of the file.
+  /// Moves to the line with the next word; returns false at the end of the file.
   bool to_word();
-  /// Fails if this line has another word.
+  /// Fails if this line has another word after `after`.
   void end_line(std::string_view after);
   void skip_line();
 
@@ -91,7 +92,7 @@ class MeshText {
   std::int64_t integer(std::string_view wanted);
   void skip_number();  ///< accepts nan and inf
 
-  /// The same for a given word of this line.
+  /// These read a given word of this line.
   double coordinate(std::string_view word) const;
   std::int64_t integer(std::string_view word, std::string_view wanted) const;
   void check_number(std::string_view word) const;

@@ -57,8 +57,8 @@ class ObjParser {
   }
 
  private:
-  /// A name may end in a backslash, which joins the next line to this one only if that line is no
-  /// vertex and no face.
+  /// Skips a statement with a name. A backslash at the end of a name joins the next line to this
+  /// one, but only if the next line is no vertex and no face.
   void skip_statement() {
     for (;;) {
       const MeshText before = text_;
@@ -80,7 +80,7 @@ class ObjParser {
       const double value = text_.coordinate(word);
       if (numbers < 3) position[numbers] = value;
     }
-    // With a weight, a colour, or both, which are ignored.
+    // A weight, a colour, or both are ignored.
     if (numbers != 3 && numbers != 4 && numbers != 6 && numbers != 7)
       text_.fail(
           fmt::format("a vertex has {} numbers, expected x y z (and a weight, a colour, or "
@@ -114,7 +114,7 @@ class ObjParser {
     if (index == 0 || index < -vertices || index > std::numeric_limits<std::uint32_t>::max())
       text_.fail(index_fault(index, mesh_.positions.size()));
     if (index < 0) return static_cast<std::uint32_t>(vertices + index);
-    // It may name a later vertex.
+    // The index may be of a later vertex, so it is checked at the end.
     if (static_cast<std::uint64_t>(index) > highest_) {
       highest_ = static_cast<std::uint64_t>(index);
       highest_line_ = text_.line();

@@ -27,7 +27,7 @@ class OffParser {
     count(text_.next_word("the number of edges"), "the number of edges");
     text_.end_line("the three counts");
     if (faces == 0) text_.fail("the file has no faces; write it again with faces");
-    // Divides first, so that no count overflows. The last line may lack its line end.
+    // Compared by division first, so that no product overflows. The last line may have no line end.
     const std::uint64_t left = text_.bytes_left() + 1;
     if (vertices > left / vertex_bytes || faces > left / face_bytes ||
         vertices * vertex_bytes + faces * face_bytes > left)
@@ -47,7 +47,7 @@ class OffParser {
   }
 
  private:
-  /// Reads OFF with prefixes for what each vertex has in addition: ST, C and N in any order.
+  /// Reads OFF with its prefixes ST, C and N, in any order, for what each vertex has in addition.
   void header() {
     const std::string_view word = text_.next_word("OFF");
     std::string_view more = word.ends_with("OFF") ? word.substr(0, word.size() - 3) : "?";
@@ -94,7 +94,7 @@ class OffParser {
         text_.fail(index_fault(index, mesh_.positions.size()));
       fan.add(static_cast<std::uint32_t>(index));
     }
-    // The rest of the line is a colour: a map's index, or three or four numbers.
+    // The rest of the line is a colour: an index of a colour map, or three or four numbers.
     int colour = 0;
     for (std::string_view word; !(word = text_.word()).empty(); ++colour) text_.check_number(word);
     if (colour == 2 || colour > 4)

@@ -25,14 +25,14 @@ std::size_t scalar_size(Scalar type) { return scalar_bytes[static_cast<std::size
 struct Property {
   std::string_view name;
   Scalar type;
-  std::optional<Scalar> count_type;  ///< of a list's count
+  std::optional<Scalar> count_type;  ///< type of the count, if the property is a list
   Role role = Role::none;
 };
 
 struct Element {
   std::string_view name;
   std::uint64_t count;
-  std::size_t line;  ///< of the header with the count
+  std::size_t line;  ///< the line of the header with the count
   std::vector<Property> properties;
 };
 
@@ -130,8 +130,8 @@ class HeaderParser {
                     quoted(word)));
   }
 
-  /// Finds the item of that name, or null; fails if there are two. (The reader looks only for names
-  /// that it uses. Comparing all names of a header with each other would take too long.)
+  /// Returns the item with this name, or null; fails if there are two. (Only names that the reader
+  /// uses are looked for. Comparing all names of a header with each other would take too long.)
   template <class Named>
   Named* find(std::vector<Named>& all, std::string_view name, std::size_t line) const {
     const auto found = std::ranges::find(all, name, &Named::name);
@@ -191,7 +191,7 @@ class TextBody {
       text_.fail(fmt::format("{} follows the last element; correct the counts or remove it",
                              quoted(text_.word())));
   }
-  /// The smallest size of a row, and the bytes left. The last line may lack its line end.
+  /// The smallest size of a value, and the bytes left. The last line may have no line end.
   static std::uint64_t fewest_bytes(Scalar) { return 2; }
   std::uint64_t bytes_left() const { return text_.bytes_left() + 1; }
   [[noreturn]] void fail(const std::string& what) const { text_.fail(what); }
@@ -230,7 +230,7 @@ class BinaryBody {
   [[noreturn]] void fail(const std::string& what) const { fail_at_byte(name_, last_, what); }
 
  private:
-  /// Reads any scalar type: all are exact in double.
+  /// Reads a scalar of any type: values of all types are exact in double.
   double number(Scalar type) {
     switch (type) {
       case Scalar::int8: return load<std::int8_t>();
@@ -306,7 +306,8 @@ FileMesh read_body(const PlyHeader& header, const MeshText& text, Body body) {
   FileMesh mesh;
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;
-    // A row's smallest size: refuses counts that the file cannot hold, before memory is allocated.
+    // The smallest size of a row. Counts that the file cannot hold are refused before memory is
+    // taken.
     std::uint64_t row_bytes = 0;
     for (const Property& property : element.properties) {
       if (property.role == Role::corners) row_bytes += 3 * body.fewest_bytes(property.type);
@@ -328,8 +329,8 @@ FileMesh read_body(const PlyHeader& header, const MeshText& text, Body body) {
   return mesh;
 }
 
-/// Where the bytes after the header begin. A header with lone CRs ends with one CR, even if the
-/// first of those bytes happens to be an LF.
+/// The place after the header. If the header's lines end with CR alone, it ends with one CR, even
+/// if the first byte after it is an LF.
 std::size_t body_place(std::string_view bytes, std::size_t end_header) {
   const std::size_t first = bytes.find_first_of("\r\n");
   const bool lone_cr = bytes.substr(first, 1) == "\r" && bytes.substr(first, 2) != "\r\n";

@@ -6,11 +6,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <new>
-#include <string>
-#include <system_error>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/refine/atomic_file.h>
@@ -22,9 +20,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "bytes are copied as they are");
 
-constexpr std::array<std::string_view, 4> extensions{".ply", ".obj", ".stl", ".off"};
+struct Format {
+  std::string_view extension;
+  FileMesh (*parse)(std::string_view bytes, std::string_view name);
+};
+/// In the order of MeshFormat.
+constexpr std::array<Format, 4> formats{
+    {{".ply", parse_ply}, {".obj", parse_obj}, {".stl", parse_stl}, {".off", parse_off}}};
 
-/// Formats of meshes and solids that are not read.
+/// Extensions of formats of meshes and solids that are not read.
 constexpr std::array<std::string_view, 24> other_extensions{
     ".dae", ".glb",  ".gltf", ".fbx",  ".3ds",  ".3mf",  ".blend", ".x3d",
     ".wrl", ".vrml", ".usd",  ".usda", ".usdc", ".usdz", ".stp",   ".step",
@@ -37,25 +41,16 @@ std::string extension_of(const std::filesystem::path& file) {
   return extension;
 }
 
-FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name) {
-  switch (format) {
-    case MeshFormat::ply: return parse_ply(bytes, name);
-    case MeshFormat::obj: return parse_obj(bytes, name);
-    case MeshFormat::stl: return parse_stl(bytes, name);
-    default: return parse_off(bytes, name);
-  }
-}
-
-/// The middle of the bounds of the vertices that faces use, in whole metres. It rounds slightly
-/// above one half, so that shifted copies of a scene whose middle is at a half all round alike.
+/// The middle of the box around the vertices that faces use, in whole metres. The border of
+/// rounding is not at one half, so that shifted copies of a scene whose middle is at a half are all
+/// rounded to the same side.
 Eigen::Vector3d middle(const FileMesh& mesh) {
-  Eigen::Vector3d low = mesh.positions[mesh.faces[0][0]], high = low;
+  Eigen::AlignedBox3d box;
   for (const Face& face : mesh.faces)
-    for (const std::uint32_t vertex : face) {
-      low = low.cwiseMin(mesh.positions[vertex]);
-      high = high.cwiseMax(mesh.positions[vertex]);
-    }
-  return (0.5 * (low + high)).array().unaryExpr([](double m) { return std::floor(m + 0.501); });
+    for (const std::uint32_t vertex : face) box.extend(mesh.positions[vertex]);
+  return (0.5 * (box.min() + box.max())).array().unaryExpr([](double m) {
+    return std::floor(m + 0.501);
+  });
 }
 
 template <class T>
@@ -66,9 +61,9 @@ void append_bytes(std::string& bytes, T value) {
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& file) {
-  const auto found = std::ranges::find(extensions, extension_of(file));
-  if (found == extensions.end()) return std::nullopt;
-  return static_cast<MeshFormat>(found - extensions.begin());
+  const auto found = std::ranges::find(formats, extension_of(file), &Format::extension);
+  if (found == formats.end()) return std::nullopt;
+  return static_cast<MeshFormat>(found - formats.begin());
 }
 
 std::string fault_of_other_mesh(const std::filesystem::path& file) {
@@ -82,7 +77,7 @@ std::string fault_of_other_mesh(const std::filesystem::path& file) {
 
 TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_view name) {
   if (is_utf16(bytes)) fail_at_byte(name, 0, std::string(utf16_fault));
-  FileMesh in = parse(bytes, format, name);
+  FileMesh in = formats[static_cast<std::size_t>(format)].parse(bytes, name);
   if (in.positions.size() > std::numeric_limits<std::uint32_t>::max())
     throw MeshError(fmt::format("{}: has {} vertices, more than 32 bits can number; split it", name,
                                 in.positions.size()));

@@ -1,14 +1,11 @@
 #include <ensonify/refine/mesh_repair.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <span>
 #include <stdexcept>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -18,13 +15,13 @@
 namespace ensonify::refine {
 namespace {
 
-// The number of a vertex, a face or a corner. Corner 3f + k is face f's k-th; the half-edge with
-// the same number leads from there to the face's next corner.
+// An Index is the number of a vertex, a face or a corner. Corner k of face f has the number 3f + k.
+// The half-edge with the same number leads from this corner to the face's next corner.
 
 Index next_corner(Index corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
-/// Calls visit(items) for the items of each key, in ascending order. A key is a vertex and a
-/// number.
+/// Calls visit(items) once for all items with the same key, in ascending order of keys and of
+/// items. The key of an item is the pair vertex(item), number(item).
 template <class Vertex, class Number, class Visit>
 void for_each_group(std::size_t items, std::size_t vertices, Vertex vertex, Number number,
                     Visit visit) {
@@ -59,11 +56,11 @@ class Repairer {
   }
 
  private:
-  // Replaces vertices by their places. From here on faces are numbered among those kept.
+  // Replaces vertices by those whose place they take. From here on, only kept faces are numbered.
   void drop_faces() {
     std::vector<Face> faces(mesh_.faces);
     std::vector<char> dropped(faces.size(), 0);
-    std::vector<Face> keys(faces.size());  // a face's places, ascending
+    std::vector<Face> keys(faces.size());  // a face's vertices, ascending
     for (std::size_t f = 0; f < faces.size(); ++f) {
       for (Index& vertex : faces[f]) vertex = place_[vertex];
       keys[f] = faces[f];
@@ -75,7 +72,7 @@ class Repairer {
         faces.size(), place_.size(), [&](Index f) { return keys[f][0]; },
         [&](Index f) { return pack(keys[f][1], keys[f][2]); },
         [&](std::span<const Index> same) {
-          if (dropped[same.front()]) return;  // then all are
+          if (dropped[same.front()]) return;  // then all of them are dropped
           report_.duplicate_faces += same.size() - 1;
           for (const Index f : same.subspan(1)) dropped[f] = 1;
         });
@@ -101,8 +98,8 @@ class Repairer {
         });
   }
 
-  // Nothing here may depend on the faces' orientation or on vertex numbers: the same cuts must
-  // result when the output is welded and repaired again.
+  // Nothing here may depend on the faces' orientation or on vertex numbers. Otherwise the cuts
+  // would be different when the output is welded and repaired again.
   void orient() {
     turned_.assign(faces_.size(), 0);
     component_.assign(faces_.size(), none);
@@ -136,10 +133,10 @@ class Repairer {
     }
   }
 
-  // A fan is a set of corners at one place, named by its first corner. Paired faces share fans at
-  // both ends of the edge. The faces of an unpaired edge are at the ends of fans. The two end faces
-  // of a fan are oriented the same way, so only two faces in opposite directions can later share
-  // the edge again.
+  // A fan is a set of corners at one place; its number is that of its first corner. Two paired
+  // faces share a fan at both ends of their edge. The face of an unpaired edge is at the end of a
+  // fan. The two end faces of a fan are oriented the same way, so only two faces in opposite
+  // directions can later share the edge again.
   void separate_fans() {
     fan_.resize(3 * faces_.size());
     std::iota(fan_.begin(), fan_.end(), Index{0});
@@ -159,12 +156,12 @@ class Repairer {
       join(h, opposite ? next_corner(other) : other);
       join(next_corner(h), opposite ? other : next_corner(other));
     }
-    for (Index& fan : fan_) fan = fan_[fan];  // parents come first and are already resolved
+    for (Index& fan : fan_) fan = fan_[fan];  // a parent comes first and is already resolved
   }
 
-  // One vertex per fan: the first of its source vertices, or a new one if another fan has taken
-  // that. Counts the differences between fans and source vertices, so that vertices which were
-  // already split in the source are not reported.
+  // Gives each fan a vertex: the first of its source vertices, or a new one if another fan has
+  // taken that vertex. Only differences between fans and source vertices are counted, so vertices
+  // that were already split in the source are not reported.
   void number_vertices() {
     const std::size_t vertices = mesh_.positions.size();
     std::vector<Index> first_vertex(fan_.size(), none), fan_of(vertices, none),
@@ -172,7 +169,7 @@ class Repairer {
     for (Index c = 0; c < fan_.size(); ++c)
       first_vertex[fan_[c]] = std::min(first_vertex[fan_[c]], given(c));
     std::vector<char> changed(vertices, 0);  // by place
-    std::vector<std::uint64_t> joined;       // fan and vertex, except a fan's first
+    std::vector<std::uint64_t> joined;       // fan and vertex, except a fan's first vertex
     std::vector<Index> appended;             // fans
     std::size_t fans = 0, used = 0;
     for (Index c = 0; c < fan_.size(); ++c) {
@@ -222,10 +219,9 @@ class Repairer {
 
   struct Component {
     std::size_t faces = 0, turned = 0;
-    Eigen::Vector3f lowest = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
-    Eigen::Vector3f highest = -lowest;
+    Eigen::AlignedBox3f box;
     double volume = 0.0;  // six times the signed volume, with the new orientation
-    double size = 0.0;    // the sum of the terms' sizes
+    double size = 0.0;    // the sum of the absolute values of the volume's terms
     bool open = false;
     bool flip = false;
   };
@@ -236,18 +232,15 @@ class Repairer {
       Component& component = components[component_[f]];
       ++component.faces;
       component.turned += static_cast<std::size_t>(turned_[f]);
-      for (const Index v : faces_[f]) {
-        component.lowest = component.lowest.cwiseMin(mesh_.positions[v]);
-        component.highest = component.highest.cwiseMax(mesh_.positions[v]);
-      }
+      for (const Index v : faces_[f]) component.box.extend(mesh_.positions[v]);
     }
     mark_open(components);
     for (Index f = 0; f < faces_.size(); ++f) {
       Component& component = components[component_[f]];
       const Eigen::Vector3d middle =
-          0.5 * (component.lowest.cast<double>() + component.highest.cast<double>());
+          0.5 * (component.box.min().cast<double>() + component.box.max().cast<double>());
       const auto [a, b, c] = faces_[f];
-      // Edges, not corners: their cross product stays precise in wide flat bodies.
+      // The cross product of edges, instead of corners, stays precise in wide flat bodies.
       const Eigen::Vector3d normal = (position(b) - position(a)).cross(position(c) - position(a));
       const Eigen::Vector3d arm = position(a) - middle;
       component.volume += turned_[f] ? -arm.dot(normal) : arm.dot(normal);
@@ -271,7 +264,8 @@ class Repairer {
     }
   }
 
-  // An unpaired half-edge is a border, unless another one joins the same two fans.
+  // Marks the components with a border. An unpaired half-edge is a border, unless another unpaired
+  // half-edge joins the same two fans.
   void mark_open(std::vector<Component>& components) const {
     std::vector<std::pair<std::uint64_t, Index>> unpaired;
     for (Index h = 0; h < mate_.size(); ++h)
@@ -288,7 +282,8 @@ class Repairer {
     }
   }
 
-  // Tests from each corner, so that the order of corners does not matter.
+  // Whether a face has no area; tested from each corner, so that the order of corners does not
+  // matter.
   bool flat(const Face& face) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d origin = position(face[k]);
@@ -307,12 +302,12 @@ class Repairer {
   }
 
   const TriangleMesh& mesh_;
-  const std::vector<Index> place_;  // by vertex: the vertex whose place it takes
-  std::vector<Face> faces_;         // the kept faces, with places as corners
-  std::vector<Index> mate_;         // by half-edge: the other one, if the edge has two
+  const std::vector<Index> place_;  // by vertex: the number of the vertex whose place it takes
+  std::vector<Face> faces_;         // the kept faces; corners are numbers in place_
+  std::vector<Index> mate_;         // by half-edge: the opposite one, if the edge has two
   std::vector<Index> crowded_;      // a half-edge of each edge of three or more
   std::vector<Index> cut_;          // a half-edge of each edge where orientations contradict
-  std::vector<char> turned_;        // by face: opposite to its component's first
+  std::vector<char> turned_;        // by face: orientation opposite to the component's first face
   std::vector<Index> component_;    // by face
   Index components_ = 0;
   std::vector<Index> fan_;         // by corner
@@ -327,9 +322,9 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
   std::vector<Index> place(positions.size());
   std::iota(place.begin(), place.end(), Index{0});
   if (weld_tolerance_m < 0.0) return place;
-  // A hash grid of the vertices that keep their place. Its cells are twice the tolerance wide and
-  // slightly more, against rounding: so vertices in reach are in one of two cells per axis. The
-  // smallest cell separates all floats.
+  // A hash grid of the vertices that keep their place. A cell's width is twice the tolerance, and
+  // slightly more because of rounding. So the vertices within the tolerance are in one of two cells
+  // per axis. The smallest width separates all floats.
   const double cell_m = std::max(2.001 * weld_tolerance_m, 1e-60);
   const std::size_t mask = std::bit_ceil(2 * positions.size()) - 1;
   std::vector<Index> first(mask + 1, none), following(positions.size(), none);

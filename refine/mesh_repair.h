@@ -12,28 +12,27 @@
 
 namespace ensonify::refine {
 
-/// What repair() changed, one count per policy. The policies, in order:
+/// What repair() changed, one count per rule. The rules, in their order:
 ///
 /// - Vertices at one place (or within weld_tolerance_m) move to the place of the first of them and
-///   become one, unless a later policy splits them.
-/// - A face without area (two corners are one, or all three are on a line, in double) is dropped.
+///   become one, unless a later rule splits them.
+/// - A face without area (two corners are one vertex, or all are on a line, in double) is dropped.
 /// - Of several faces with the same three vertices, in either orientation, the first stays.
-/// - An edge of three or more faces does not connect faces: they stay connected only where they are
-///   in one fan at both ends of the edge.
+/// - An edge of three or more faces does not connect its faces. They stay connected only if they
+///   are in one fan at both ends of the edge.
 /// - Neighbours of opposite orientation follow the majority of their component (in a tie, its first
 ///   face). A closed component is oriented outwards, so that its volume is positive, if its volume
 ///   is more than rounding.
-/// - A one-sided surface (Möbius) is cut where orienting it breadth-first from its first face meets
-///   a contradiction.
-/// - A vertex where several fans meet becomes one vertex per fan: the first keeps its number, the
-///   others are appended.
+/// - A one-sided surface (Möbius) is cut where breadth-first orientation from its first face fails.
+/// - A vertex of several fans becomes one vertex per fan: the first keeps its number, others are
+///   appended.
 /// - A vertex that no remaining face uses is dropped.
 ///
-/// Welding starts at the first vertex: each vertex joins the first earlier one within reach that
-/// has itself joined none. So no vertex moves farther than weld_tolerance_m, remaining vertices are
-/// farther apart than that, and a chain of near neighbours does not collapse into one place.
+/// Vertices are welded in their order: each vertex moves to the first earlier vertex within the
+/// tolerance that has not moved itself. So no vertex moves farther than weld_tolerance_m, remaining
+/// vertices are farther apart than that, and a chain of near neighbours does not become one place.
 struct RepairReport {
-  std::size_t welded_vertices = 0;        ///< joined to another, or moved to its place
+  std::size_t welded_vertices = 0;        ///< joined to another vertex, or moved to its place
   std::size_t degenerate_faces = 0;       ///< dropped, without area
   std::size_t duplicate_faces = 0;        ///< dropped
   std::size_t non_manifold_edges = 0;     ///< of three or more faces, welded
@@ -60,15 +59,15 @@ struct RepairReport {
   }
 };
 
-/// A mesh that is manifold (with or without borders) and oriented, and where its faces came from.
+/// A mesh that is manifold (with or without borders) and oriented, with the sources of its faces.
 struct RepairedMesh {
   TriangleMesh mesh;
-  std::vector<std::uint32_t> source_face;  ///< by face: its number in the source; ascending
+  std::vector<std::uint32_t> source_face;  ///< by face: the number in the source; ascending
   RepairReport report;
 };
 
-/// For each vertex the number of the vertex whose place it takes; its own number if it stays.
-/// weld_tolerance_m as for repair().
+/// Returns for each vertex the number of the vertex whose place it takes; its own number if it
+/// stays. weld_tolerance_m as for repair().
 std::vector<std::uint32_t> weld(std::span<const Eigen::Vector3f> positions,
                                 double weld_tolerance_m);
 
@@ -80,7 +79,7 @@ std::vector<std::uint32_t> weld(std::span<const Eigen::Vector3f> positions,
 /// std::invalid_argument if a face has a vertex that does not exist, weld_tolerance_m is not
 /// finite, or there are 2^32 corners or vertices.
 RepairedMesh repair(const TriangleMesh& mesh, double weld_tolerance_m = 0.0);
-/// The same of a file's mesh. Also throws MeshError if no face is left.
+/// Repairs the mesh of a file. Also throws MeshError, with the file's name, if no face is left.
 RepairedMesh repair_file(const TriangleMesh& mesh, double weld_tolerance_m,
                          const std::filesystem::path& file);
 

@@ -18,7 +18,7 @@ constexpr std::size_t first_facet = header_bytes + sizeof(std::uint32_t);
 constexpr std::size_t facet_bytes = 50;   // normal, three corners, two bytes of attributes
 constexpr std::size_t first_corner = 12;  // within a facet, after its normal
 
-/// Makes equal corners one vertex, numbered by first appearance.
+/// Makes one vertex of equal corners; vertices are numbered in the order of first appearance.
 class Welder {
  public:
   explicit Welder(std::vector<Eigen::Vector3d>& positions) : positions_(positions) {}
@@ -41,7 +41,7 @@ class Welder {
       std::uint64_t hash = 0;
       for (const std::uint64_t bits : key) {
         hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
-        hash ^= hash >> 32;  // round numbers differ only in their high bits
+        hash ^= hash >> 32;  // because round numbers differ only in their high bits
       }
       return hash;
     }

@@ -22,12 +22,12 @@ namespace ensonify::refine {
 namespace {
 
 /// Calls body(worker) for every worker in [0, workers), on as many threads as the system gives. The
-/// number belongs to the call and not to a thread, so no two running calls can share one.
+/// number belongs to a call and not to a thread, so two running calls never have the same.
 template <class Body>
 void on_threads(int workers, const Body& body) {
   if (workers == 1) return body(0);
 #ifdef ENSONIFY_EXECUTOR_TBB
-  // TBB prints a warning if asked for more threads than it has.
+  // TBB prints a warning if it is asked for more threads than it has.
   const std::size_t had =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   tbb::task_arena arena(static_cast<int>(std::min(had, static_cast<std::size_t>(workers))));
@@ -38,7 +38,7 @@ void on_threads(int workers, const Body& body) {
   try {
     for (int worker = 1; worker < workers; ++worker) threads.emplace_back(body, worker);
   } catch (const std::system_error&) {
-    // The system gives no more threads; the existing ones do the work.
+    // The system gives no more threads, so the existing ones do the work.
   }
   body(0);
 #endif
@@ -54,7 +54,7 @@ void parallel_for(std::size_t items, int threads,
   std::exception_ptr first;
   std::mutex first_mutex;
   const auto pull = [&](int worker) {
-    const StandardFloats floats;  // a thread of TBB's may have been started by another caller
+    const StandardFloats floats;  // TBB may have started this thread for another caller
     if (spare) spare->begin_items();
     try {
       for (std::size_t item; (item = next++) < items;) work(item, worker);

@@ -5,8 +5,8 @@
 namespace ensonify::refine {
 namespace {
 
-/// The bytes of the UTF-8 character that a text begins with, 1 to 4; 0 if it begins with none (The
-/// Unicode Standard, version 15.0, table 3-7).
+/// The number of bytes, 1 to 4, of the UTF-8 character at the start of a text; 0 if there is none
+/// (The Unicode Standard, version 15.0, table 3-7).
 std::size_t bytes_of_character(std::string_view text) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;

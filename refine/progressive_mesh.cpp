@@ -1,6 +1,5 @@
 #include <ensonify/refine/progressive_mesh.h>
 
-#include <limits>
 #include <utility>
 
 namespace ensonify::refine {
@@ -36,14 +35,10 @@ ProgressiveMesh::ProgressiveMesh(ProgressiveMeshArrays arrays)
 
 void ProgressiveMesh::make_flags(bool verified) {
   const std::array<std::size_t, 3> items = {mid.size(), points.size(), tags_.size()};
-  std::size_t groups = 0;
-  for (const std::size_t n : items) groups += (n + group - 1) / group;
-  all_flags_ = std::shared_ptr<Flag[]>(new Flag[groups]);
-  for (std::size_t g = 0; g < groups; ++g) all_flags_[g] = verified;
-  Flag* next = all_flags_.get();
   for (std::size_t kind = 0; kind < items.size(); ++kind) {
-    flags_[kind] = next;
-    next += (items[kind] + group - 1) / group;
+    const std::size_t groups = (items[kind] + group - 1) / group;
+    flags_[kind] = std::shared_ptr<Flag[]>(new Flag[groups]);
+    for (std::size_t g = 0; g < groups; ++g) flags_[kind][g] = verified;
   }
 }
 

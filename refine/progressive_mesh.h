@@ -38,19 +38,19 @@ struct ProgressiveMeshArrays {
 ///
 /// Leaves are the original vertices, in depth-first order. Inner nodes are numbered in preorder. A
 /// node that covers the leaves [lo, hi) stands for all of them while it is not split. Its children
-/// cover [lo, mid) and [mid, hi): inner node i has the children i + 1 and i + (mid - lo), unless
-/// such a range holds one leaf, which then is the child itself. lo and hi are known while
-/// descending, so only mid is stored, and "this node is above leaf l" means lo <= l < hi.
+/// cover [lo, mid) and [mid, hi). The children of inner node i are i + 1 and i + (mid - lo); but if
+/// a range has only one leaf, this leaf is the child. lo and hi are known on the way down from the
+/// root, so only mid is stored. "This node is above leaf l" means lo <= l < hi.
 ///
-/// Faces are original faces. Those at 2i and 2i + 1 are the two that collapse i removes: the first
-/// has the children in the order (left, right, cut), the second as (right, left, cut), in the
-/// face's orientation; at a border one of the two is empty. The base mesh's faces follow. All name
-/// their corners by leaf in the source mesh's corner order, so that a tracer gets the source's
-/// bits.
+/// Faces are original faces. Faces 2i and 2i + 1 are the two that collapse i removes. In the face's
+/// orientation, the first has the corners left child, right child, cut vertex, and the second right
+/// child, left child, cut vertex. At a border one of the two is empty. The base mesh's faces
+/// follow. The corners of a face are leaves, in the corner order of the source mesh, so that a
+/// tracer computes with the same bits as from the source.
 ///
-/// The memory is a builder's arrays or a mapped file (progressive_mesh_file.h). Of a file, only the
-/// parts in use are read: nodes, leaves and tags must be verified before use, which is done in
-/// groups. Roots and the base mesh's faces are always verified.
+/// The data are in a builder's arrays or in a mapped file (progressive_mesh_file.h). Of a file,
+/// only the parts in use are read. So nodes, leaves and tags must be verified before their use,
+/// which is done in groups. Roots and the base mesh's faces are always verified.
 class ProgressiveMesh {
  public:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
@@ -58,34 +58,33 @@ class ProgressiveMesh {
   static constexpr std::uint32_t group = 1024;
 
   ProgressiveMesh() = default;
-  /// Over arrays that fit together, as a builder makes them; they are not checked.
+  /// Takes arrays that fit together, as a builder makes them. They are not checked.
   ProgressiveMesh(ProgressiveMeshArrays arrays);
 
-  // By leaf.
+  // One element per leaf.
   std::span<const Eigen::Vector3f> points;  ///< local metres
-  // By inner node.
+  // One element per inner node.
   std::span<const std::uint32_t> mid;
-  std::span<const Sphere> spheres;  ///< around all original faces that touch a leaf of the node
-  std::span<const std::uint32_t> order;  ///< of the collapses: 0 is the first, the finest
-  // By face: two per inner node, then the base mesh's.
-  std::span<const Face> faces;  ///< leaves; an empty place has `none` three times
+  std::span<const Sphere> spheres;       ///< around all original faces with a corner in the node
+  std::span<const std::uint32_t> order;  ///< the collapse's number: 0 is the first, the finest
+  // One element per face: two per inner node, then those of the base mesh.
+  std::span<const Face> faces;  ///< three leaves; an empty place has `none` three times
   /// The face's number in the source mesh; `none` for an empty place.
   std::span<const std::uint32_t> source_face;
-  // By vertex of the base mesh.
-  std::span<const std::uint32_t> roots;  ///< its first leaf; ascending, from 0
+  // One element per vertex of the base mesh.
+  std::span<const std::uint32_t> roots;  ///< the vertex's first leaf; ascending, from 0
 
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   Bounds bounds;  ///< of the vertices that faces use
 
   std::uint32_t leaves() const { return static_cast<std::uint32_t>(points.size()); }
   std::span<const Face> base_faces() const { return faces.subspan(2 * mid.size()); }
-  /// The leaves of base vertex `root` are [roots[root], end_of(root)); its node is roots[root] -
-  /// root.
+  /// Base vertex `root` has the leaves [roots[root], end_of(root)) and the node roots[root] - root.
   std::uint32_t end_of(std::size_t root) const {
     return root + 1 < roots.size() ? roots[root + 1] : leaves();
   }
 
-  /// What was saved in the file (ProgressiveMeshExtras); empty for arrays.
+  /// These were saved in the file (ProgressiveMeshExtras); empty if the mesh is not from a file.
   std::string_view key() const { return key_; }
   std::string_view about() const { return about_; }
   std::size_t tag_count() const { return tags_.size(); }
@@ -98,16 +97,16 @@ class ProgressiveMesh {
   /// Verifies an inner node and its faces before they are read. Throws DamagedFile, naming the
   /// bytes, if the file was changed after writing or holds what no hierarchy can.
   void verify_node(std::uint32_t node) const { verify(Kind::node, node); }
-  /// The same for a leaf's point.
+  /// Verifies a leaf's point.
   void verify_leaf(std::uint32_t leaf) const { verify(Kind::leaf, leaf); }
-  /// The same for everything: reads the whole file.
+  /// Verifies everything, for which it reads the whole file.
   void verify_all() const;
 
-  /// Throws DamagedFile for a hierarchy that no builder made: `what` is wrong at node or face
-  /// `number`.
+  /// Throws DamagedFile for a hierarchy that no builder can have made. The message states that
+  /// `what` is wrong at the node or face `number`.
   [[noreturn]] void contradicts(std::string_view what, std::uint32_t number) const;
-  /// Where a node's range [lo, hi) is divided. The node must have been verified. Throws DamagedFile
-  /// unless both parts have a leaf.
+  /// The leaf at which the right child of a node with the range [lo, hi) begins. The node must have
+  /// been verified. Throws DamagedFile unless both children have a leaf.
   std::uint32_t mid_of(std::uint32_t node, std::uint32_t lo, std::uint32_t hi) const {
     const std::uint32_t at = mid[node];
     if (at - lo - 1 >= hi - lo - 1) [[unlikely]]
@@ -133,8 +132,8 @@ class ProgressiveMesh {
 
   std::shared_ptr<const ProgressiveMeshArrays> arrays_;
   std::shared_ptr<const File> file_;
-  std::shared_ptr<Flag[]> all_flags_;
-  std::array<Flag*, 3> flags_{};  // by kind: whether each group is verified
+  std::array<std::shared_ptr<Flag[]>, 3>
+      flags_;  // by kind: a flag per group, whether it is verified
   std::span<const std::uint16_t> tags_;
   std::string_view key_, about_;
 };

@@ -73,7 +73,7 @@ static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector
 constexpr std::array<char, 8> mesh_magic = file_magic('E', 'P', 'M');
 constexpr std::uint32_t other_byte_order = 0x04030201;
 
-/// Where everything is; computed from the counts.
+/// The places of all sections and checksums in the file, computed from the counts.
 class Layout {
  public:
   explicit Layout(const MeshHeader& header) {
@@ -95,7 +95,8 @@ class Layout {
   std::uint64_t groups(std::size_t section) const {
     return (items_[section].count + ProgressiveMesh::group - 1) / ProgressiveMesh::group;
   }
-  /// A group's bytes; after the last group, the rest up to the page's end.
+  /// The bytes of a group. The piece after the last group is the section's rest, up to a page's
+  /// end.
   Extent piece(std::size_t section, std::uint64_t which) const {
     const auto [count, bytes] = items_[section];
     const std::uint64_t begin = std::min(which * ProgressiveMesh::group, count) * bytes;
@@ -110,7 +111,7 @@ class Layout {
 
  private:
   struct Items {
-    std::uint64_t count, bytes;  // of each
+    std::uint64_t count, bytes;  // number of items, bytes of each
   };
   void place(std::size_t section, Items items, std::uint64_t rest_bytes) {
     items_[section] = items;
@@ -142,6 +143,10 @@ std::uint64_t checksum_of(Bytes bytes, std::uint64_t padding) {
   return XXH3_64bits_digest(state.get());
 }
 
+Bounds bounds_of(const MeshHeader& header) {
+  return {Eigen::Vector3f(header.lowest.data()), Eigen::Vector3f(header.highest.data())};
+}
+
 Page page_of(const MeshHeader& header) {
   Page page{};
   std::memcpy(page.data(), &header, sizeof header);
@@ -154,8 +159,8 @@ std::uint64_t checksum_of(Page page) {
   return checksum_of(Bytes(page));
 }
 
-// Conditions of every hierarchy, which its users rely on. Coordinates are relative to a local
-// origin, so they may be twice a mesh's largest.
+// Every hierarchy meets these conditions, on which its users depend. Coordinates are relative to a
+// local origin, so they may be twice the largest coordinate of a mesh.
 bool is_sound(float coordinate) { return std::abs(coordinate) <= 2.0 * largest_mesh_m; }
 bool is_sound(const Eigen::Vector3f& p) {
   return is_sound(p[0]) && is_sound(p[1]) && is_sound(p[2]);
@@ -177,13 +182,13 @@ bool are_sound(std::span<const Index> roots, std::uint64_t leaves) {
                              std::ranges::adjacent_find(roots, std::greater_equal()) == roots.end();
 }
 
-/// Face indices have 32 bits, and so have the base mesh's half-edges, four per face.
+/// Faces, and the base mesh's half-edges (four per face), have numbers of 32 bits.
 bool are_countable(std::uint64_t leaves, std::uint64_t roots, std::uint64_t base_faces) {
   return leaves < std::uint64_t{1} << 31 && roots <= leaves &&
          base_faces < std::uint64_t{1} << 30 && 2 * (leaves - roots) + base_faces < none;
 }
 
-/// Each section's bytes, except the checksums'.
+/// The bytes of each section; empty for the checksums.
 std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
                                          const ProgressiveMeshExtras& extras) {
   return {std::as_bytes(mesh.points),
@@ -198,7 +203,7 @@ std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
           {}};
 }
 
-/// The largest number of a source face plus one.
+/// The largest number of a source face, plus one.
 std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
   std::uint64_t count = 0;
   for (const Index source : mesh.source_face)
@@ -206,7 +211,7 @@ std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
   return count;
 }
 
-/// Throws for content that map_progressive_mesh would refuse.
+/// Throws std::invalid_argument for content that map_progressive_mesh would refuse.
 void check_extras(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
                   std::uint64_t source_faces) {
   const auto require = [](bool holds, const char* what) {
@@ -243,17 +248,41 @@ MeshHeader header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& e
                     .source_faces = source_faces,
                     .tags = extras.tags.size(),
                     .about_bytes = extras.about.size()};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<Eigen::Index>(axis);
-    header.world_origin[axis] = mesh.world_origin[a];
-    header.lowest[axis] = mesh.bounds.lowest[a];
-    header.highest[axis] = mesh.bounds.highest[a];
-  }
+  std::copy_n(mesh.world_origin.data(), 3, header.world_origin.begin());
+  std::copy_n(mesh.bounds.lowest.data(), 3, header.lowest.begin());
+  std::copy_n(mesh.bounds.highest.data(), 3, header.highest.begin());
   std::ranges::copy(extras.key, header.key.begin());
   const Layout layout(header);
   for (std::size_t s = 0; s < section_count; ++s) header.sections[s] = layout.extent(s);
   return header;
 }
+
+/// A whole file mapped into memory.
+class Mapping {
+ public:
+  explicit Mapping(const std::filesystem::path& file) {
+    const FileReader reader(file);
+    if (!reader.fault().empty()) throw MeshError(file.string() + ": " + reader.fault());
+    size_ = static_cast<std::size_t>(reader.bytes());
+    if (size_ == 0) return;
+    void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, reader.descriptor(), 0);
+    if (at == MAP_FAILED)
+      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
+                                  std::generic_category().message(errno)));
+    data_ = static_cast<const std::byte*>(at);
+  }
+  ~Mapping() {
+    if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
+  }
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+
+  Bytes bytes() const { return {data_, data_ ? size_ : 0}; }
+
+ private:
+  const std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+};
 
 }  // namespace
 
@@ -289,53 +318,14 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     all.push_back(Bytes(zeros).first(padding(part)));
   }
   write_file(file, all);
-  // The written file stays in the cache in pieces of megabytes, and touching one page of a piece
-  // maps all of it: without this, a ping over 33 million faces uses five times the memory.
+  // The system keeps the written file in its cache in pieces of megabytes, and touching one page of
+  // a piece maps the whole piece. Without this call, a ping over 33 million faces uses five times
+  // the memory.
   if (const int written = ::open(file.c_str(), O_RDONLY | O_CLOEXEC); written >= 0) {
     ::posix_fadvise(written, 0, 0, POSIX_FADV_DONTNEED);
     ::close(written);
   }
 }
-
-namespace {
-
-/// A whole file mapped into memory.
-class Mapping {
- public:
-  explicit Mapping(const std::filesystem::path& file) {
-    const FileReader reader(file);
-    if (!reader.fault().empty()) throw MeshError(file.string() + ": " + reader.fault());
-    size_ = static_cast<std::size_t>(reader.bytes());
-    if (size_ == 0) return;
-    void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, reader.descriptor(), 0);
-    if (at == MAP_FAILED)
-      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
-                                  std::generic_category().message(errno)));
-    data_ = static_cast<const std::byte*>(at);
-  }
-  ~Mapping() {
-    if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
-  }
-  Mapping(const Mapping&) = delete;
-  Mapping& operator=(const Mapping&) = delete;
-
-  Bytes bytes() const { return {data_, data_ ? size_ : 0}; }
-
- private:
-  const std::byte* data_ = nullptr;
-  std::size_t size_ = 0;
-};
-
-bool is_finite(const MeshHeader& header) {
-  const auto finite = [](double x) { return std::isfinite(x); };
-  bool ok = std::ranges::all_of(header.world_origin, finite);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    ok = ok && is_sound(header.lowest[axis]) && is_sound(header.highest[axis]) &&
-         header.lowest[axis] <= header.highest[axis];
-  return ok;
-}
-
-}  // namespace
 
 /// A mapped file, with the checks of its sections.
 class ProgressiveMesh::File {
@@ -352,16 +342,41 @@ class ProgressiveMesh::File {
     const auto [offset, bytes] = layout_.extent(s);
     return {reinterpret_cast<const T*>(mapping_.bytes().data() + offset), bytes / sizeof(T)};
   }
-  void verify(Kind kind, std::uint64_t which) const;
+  void verify(Kind kind, std::uint64_t which) const {
+    const auto part = [&](auto items, std::size_t each) {
+      const std::size_t begin = std::min<std::size_t>(which * group * each, items.size());
+      return items.subspan(begin, std::min<std::size_t>(group * each, items.size() - begin));
+    };
+    switch (kind) {
+      case Kind::tag: return check_checksum(Section::tags, which);
+      case Kind::leaf:
+        check_checksum(Section::points, which);
+        return require(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
+                                           [](const auto& p) { return is_sound(p); }),
+                       Section::points, which, "a point is not finite, or too far away");
+      case Kind::node: break;
+    }
+    for (const std::size_t s :
+         {Section::mid, Section::spheres, Section::order, Section::faces, Section::source_face})
+      check_checksum(s, which);
+    require(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
+                                [](const Sphere& sphere) { return is_sound(sphere); }),
+            Section::spheres, which, "a sphere is not finite, or too large");
+    const auto slots = section<Face>(Section::faces);
+    const auto inner = slots.first(slots.size() - header_.base_faces);
+    const auto found = part(inner, 2);
+    const auto sources = part(section<Index>(Section::source_face).first(inner.size()), 2);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      require(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
+                  is_empty(found[i], sources[i]),
+              Section::faces, which, "a face names a vertex or a source face that does not exist");
+  }
 
  private:
   [[noreturn]] void damaged(std::string_view what) const {
     throw DamagedFile(fmt::format("{}: {}; remove the file and make it again", name_, what));
   }
-  MeshHeader checked_header() const;
-  void check_tables() const;
-  void check_checksum(std::size_t section, std::uint64_t which) const;
-  /// Unless `holds`, throws with the place of a section's piece and `what`.
+  /// Unless `holds`, throws DamagedFile with the place of a section's piece, and `what`.
   void require(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
     if (holds) return;
     const auto [offset, bytes] = layout_.piece(section, which);
@@ -369,104 +384,77 @@ class ProgressiveMesh::File {
                         what));
   }
 
+  MeshHeader checked_header() const {
+    const Bytes bytes = mapping_.bytes();
+    MeshHeader header{};
+    const std::size_t there = std::min(bytes.size(), mesh_magic.size());
+    if (there == 0 || std::memcmp(bytes.data(), mesh_magic.data(), there) != 0)
+      throw MeshError(fmt::format("{}: not a progressive mesh file; name another", name_));
+    if (bytes.size() < page_bytes)
+      damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
+    std::memcpy(&header, bytes.data(), sizeof header);
+    if (header.byte_order == other_byte_order)
+      throw MeshError(fmt::format(
+          "{}: from a machine of the other byte order; make it again on this one", name_));
+    if (header.byte_order == byte_order && header.version != progressive_mesh_version)
+      throw MeshError(
+          fmt::format("{}: has version {} of the format, but only {} can be read; make it again",
+                      name_, header.version, progressive_mesh_version));
+    Page page;
+    std::memcpy(page.data(), bytes.data(), page.size());
+    const auto require = [&](bool holds, const char* what) {
+      if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
+    };
+    require(header.byte_order == byte_order && checksum_of(page) == header.checksum,
+            "changed after it was written");
+    require(are_countable(header.leaves, header.roots, header.base_faces) &&
+                header.source_faces < none &&
+                (header.tags == 0 || header.tags == header.source_faces) &&
+                header.about_bytes <= bytes.size(),
+            "counts that no mesh can have");
+    const auto [lowest, highest] = bounds_of(header);
+    require(Eigen::Vector3d(header.world_origin.data()).allFinite() && is_sound(lowest) &&
+                is_sound(highest) && (lowest.array() <= highest.array()).all(),
+            "bounds or a world origin that no mesh can have");
+    const Layout layout(header);
+    if (bytes.size() != layout.file_bytes())
+      damaged(fmt::format("has {} bytes, but its header requires {}", bytes.size(),
+                          layout.file_bytes()));
+    for (std::size_t s = 0; s < section_count; ++s)
+      require(header.sections[s] == layout.extent(s), "sections at wrong places");
+    return header;
+  }
+
+  /// Checks all parts that are used without verifying a node, a leaf or a tag.
+  void check_tables() const {
+    const auto [offset, bytes] = layout_.extent(checksums);
+    if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=
+        header_.checksum_of_checksums)
+      damaged(fmt::format("bytes {} to {} (checksums): changed after they were written", offset,
+                          offset + page_end(bytes)));
+    for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
+    require(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
+            "roots do not ascend from 0");
+    const auto all = section<Face>(Section::faces);
+    const auto sources = section<Index>(Section::source_face);
+    for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
+      require(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces),
+              Section::faces, layout_.groups(Section::faces),
+              "a face names a vertex or a source face that does not exist");
+  }
+
+  void check_checksum(std::size_t s, std::uint64_t which) const {
+    const auto [offset, bytes] = layout_.piece(s, which);
+    require(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
+                section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
+            s, which, "changed after they were written");
+  }
+
   std::string name_;
   Mapping mapping_;
   MeshHeader header_;
   Layout layout_;
 };
-
-MeshHeader ProgressiveMesh::File::checked_header() const {
-  const Bytes bytes = mapping_.bytes();
-  MeshHeader header{};
-  const std::size_t there = std::min(bytes.size(), mesh_magic.size());
-  if (there == 0 || std::memcmp(bytes.data(), mesh_magic.data(), there) != 0)
-    throw MeshError(fmt::format("{}: not a progressive mesh file; name another", name_));
-  if (bytes.size() < page_bytes)
-    damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.byte_order == other_byte_order)
-    throw MeshError(fmt::format(
-        "{}: from a machine of the other byte order; make it again on this one", name_));
-  if (header.byte_order == byte_order && header.version != progressive_mesh_version)
-    throw MeshError(
-        fmt::format("{}: has version {} of the format, but only {} can be read; make it again",
-                    name_, header.version, progressive_mesh_version));
-  Page page;
-  std::memcpy(page.data(), bytes.data(), page.size());
-  const auto require = [&](bool holds, const char* what) {
-    if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
-  };
-  require(header.byte_order == byte_order && checksum_of(page) == header.checksum,
-          "changed after it was written");
-  require(are_countable(header.leaves, header.roots, header.base_faces) &&
-              header.source_faces < none &&
-              (header.tags == 0 || header.tags == header.source_faces) &&
-              header.about_bytes <= bytes.size(),
-          "counts that no mesh can have");
-  require(is_finite(header), "bounds or a world origin that no mesh can have");
-  const Layout layout(header);
-  if (bytes.size() != layout.file_bytes())
-    damaged(
-        fmt::format("has {} bytes, but its header requires {}", bytes.size(), layout.file_bytes()));
-  for (std::size_t s = 0; s < section_count; ++s)
-    require(header.sections[s] == layout.extent(s), "sections at wrong places");
-  return header;
-}
-
-/// Checks everything that is used without verifying a node, leaf or tag.
-void ProgressiveMesh::File::check_tables() const {
-  const auto [offset, bytes] = layout_.extent(checksums);
-  if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=
-      header_.checksum_of_checksums)
-    damaged(fmt::format("bytes {} to {} (checksums): changed after they were written", offset,
-                        offset + page_end(bytes)));
-  for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
-  require(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
-          "roots do not ascend from 0");
-  const auto all = section<Face>(Section::faces);
-  const auto sources = section<Index>(Section::source_face);
-  for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
-    require(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces),
-            Section::faces, layout_.groups(Section::faces),
-            "a face names a vertex or a source face that does not exist");
-}
-
-void ProgressiveMesh::File::check_checksum(std::size_t s, std::uint64_t which) const {
-  const auto [offset, bytes] = layout_.piece(s, which);
-  require(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
-              section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
-          s, which, "changed after they were written");
-}
-
-void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
-  const auto part = [&](auto items, std::size_t each) {
-    const std::size_t begin = std::min<std::size_t>(which * group * each, items.size());
-    return items.subspan(begin, std::min<std::size_t>(group * each, items.size() - begin));
-  };
-  switch (kind) {
-    case Kind::tag: return check_checksum(Section::tags, which);
-    case Kind::leaf:
-      check_checksum(Section::points, which);
-      return require(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
-                                         [](const auto& p) { return is_sound(p); }),
-                     Section::points, which, "a point is not finite, or too far away");
-    case Kind::node: break;
-  }
-  for (const std::size_t s :
-       {Section::mid, Section::spheres, Section::order, Section::faces, Section::source_face})
-    check_checksum(s, which);
-  require(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
-                              [](const Sphere& sphere) { return is_sound(sphere); }),
-          Section::spheres, which, "a sphere is not finite, or too large");
-  const auto slots = section<Face>(Section::faces);
-  const auto inner = slots.first(slots.size() - header_.base_faces);
-  const auto found = part(inner, 2);
-  const auto sources = part(section<Index>(Section::source_face).first(inner.size()), 2);
-  for (std::size_t i = 0; i < found.size(); ++i)
-    require(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
-                is_empty(found[i], sources[i]),
-            Section::faces, which, "a face names a vertex or a source face that does not exist");
-}
 
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::move(file)) {
   const MeshHeader& header = file_->header();
@@ -481,12 +469,8 @@ ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::
   const auto text = file_->section<char>(Section::about);
   about_ = {text.data(), text.size()};
   key_ = text_of(header.key);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<Eigen::Index>(axis);
-    world_origin[a] = header.world_origin[axis];
-    bounds.lowest[a] = header.lowest[axis];
-    bounds.highest[a] = header.highest[axis];
-  }
+  world_origin = Eigen::Vector3d(header.world_origin.data());
+  bounds = bounds_of(header);
   make_flags(false);
 }
 

@@ -24,24 +24,24 @@ struct ProgressiveMeshExtras {
 /// for arrays that do not fit together or are not finite, for fewer tags than source faces, and for
 /// a key that is too long or contains 0.
 ///
-/// The file, in the byte order of the machine: a page of 4096 bytes with the header (Header in the
-/// .cpp: magic, version, byte order, counts, bounds, world origin, key, the places of the
-/// sections), then one section per array, each starting at a page and padded with zeros to a page's
-/// end. The last section has the XXH3-64 checksums of all others: of each section's groups of
-/// ProgressiveMesh::group nodes, leaves or tags, then of its rest up to the page's end, which is
-/// the base mesh's part of the faces, and all of the roots and of `about`. The header has a
-/// checksum of itself and one of the checksums, so that each byte is covered. 68 bytes per vertex
-/// and some pages.
+/// The file is in the byte order of the machine. Its first page of 4096 bytes has the header
+/// (MeshHeader in the .cpp: magic, version, byte order, counts, bounds, world origin, key, the
+/// places of the sections). One section per array follows; each starts at a page and is padded with
+/// zeros to a page's end. The last section has the XXH3-64 checksums of all other sections: one for
+/// each group of ProgressiveMesh::group nodes, leaves or tags, and one for the rest of the section
+/// up to the page's end. This rest is the base mesh's part of the faces, and all of the roots and
+/// of `about`. The header has a checksum of itself and one of the checksums, so each byte is
+/// covered. The file has 68 bytes per vertex and some pages.
 void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
           const std::filesystem::path& file);
 
 /// Maps such a file for reading. Header, checksums, roots, base faces and `about` are checked now,
-/// everything else at first use, so this takes almost no time, and changed bytes are noticed before
-/// they are used. Throws MeshError if the file cannot be opened, is not such a file, or has another
-/// version or byte order; DamagedFile if it is truncated or changed.
+/// and everything else at its first use. So this takes almost no time, and changed bytes are
+/// detected before they are used. Throws MeshError if the file cannot be opened, is not such a
+/// file, or has another version or byte order; DamagedFile if it is truncated or changed.
 ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file);
 
-/// Whether a file begins like one with a progressive mesh.
+/// Whether a file begins like the file of a progressive mesh.
 bool is_progressive_mesh(const std::filesystem::path& file);
 
 }  // namespace ensonify::refine

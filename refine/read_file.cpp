@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
-#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,7 +12,6 @@
 #include <unistd.h>
 
 #include <ensonify/refine/error.h>
-#include <ensonify/refine/fail_to_read.h>
 
 namespace ensonify::refine {
 
@@ -23,7 +21,19 @@ namespace {
 
 constexpr std::size_t block_bytes = 1 << 20, line_block_bytes = 1 << 16;
 
-/// A small file that stands for one that was not fetched.
+/// Throws std::system_error for a file that cannot be opened or read to its end. The message has
+/// the file's name and what to do. `error` is the value of errno; 0 if it is not known.
+[[noreturn]] void fail_to_read(const fs::path& file, int error) {
+  const bool forbidden = error == EACCES || error == EPERM;
+  const bool too_many = error == EMFILE || error == ENFILE;
+  throw std::system_error(error != 0 ? error : EIO, std::generic_category(),
+                          fmt::format("{}: cannot be read; {}", file.string(),
+                                      forbidden  ? "check its permissions"
+                                      : too_many ? "allow more open files (ulimit -n)"
+                                                 : "check the disk, then run the command again"));
+}
+
+/// What is wrong with a file that is only a pointer to a file not fetched; empty for others.
 std::string fault_of_pointer(std::string_view begin) {
   constexpr std::array lfs{"version https://git-lfs.github.com/spec/",
                            "version https://hawser.github.com/spec/"};
@@ -56,8 +66,8 @@ FileReader::~FileReader() {
 
 void FileReader::open() {
   struct stat status {};
-  // Before it is opened, since some devices act on that; and again when it is open, since the name
-  // may be another file's by then.
+  // The kind of file is checked before it is opened, because opening starts some devices, and again
+  // when it is open, because the name may then belong to another file.
   if (::stat(file_.c_str(), &status) != 0) {
     error_ = errno;
     fault_ = error_ == ENOENT || error_ == ENOTDIR
@@ -126,7 +136,7 @@ bool FileReader::next_line(std::string& line, char line_end) {
 
 std::string FileReader::rest() {
   std::string content;
-  // One byte more, to meet the end. A file of the system has a size of 0.
+  // One byte more is read, to meet the file's end. A file of the system has a size of 0.
   for (std::size_t next = static_cast<std::size_t>(bytes_) + 1;; next = block_bytes) {
     const std::size_t begin = content.size();
     content.resize(begin + next);

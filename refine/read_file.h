@@ -13,12 +13,13 @@
 
 namespace ensonify::refine {
 
-/// The one door to the files that a user names, and to those in folders that are read back: a
-/// regular file, open for reading. A named pipe would wait without end, and a device may have none.
+/// A regular file, open for reading. All files that a user names, and all files in folders that are
+/// read back, are opened by this class. Others are refused: a named pipe would wait without end,
+/// and a device may have no end.
 class FileReader {
  public:
-  /// What the user can mend does not throw: then fault() has it. `stop_check` is called for each
-  /// megabyte; what it throws ends the reading.
+  /// Does not throw for a fault that the user can correct: fault() returns it. `stop_check` is
+  /// called for each megabyte that is read; its exceptions end the reading.
   explicit FileReader(const std::filesystem::path& file,
                       std::uintmax_t max_bytes = std::numeric_limits<std::uintmax_t>::max(),
                       std::function<void()> stop_check = {});
@@ -26,24 +27,24 @@ class FileReader {
   FileReader(const FileReader&) = delete;
   FileReader& operator=(const FileReader&) = delete;
 
-  /// Why the file is not open, and what to do; empty if it is.
+  /// Why the file is not open, and what to do; empty if it is open.
   const std::string& fault() const { return fault_; }
-  /// The system's reason for that, as errno; 0 if it has none.
+  /// The system's error (errno) that is the reason for the fault; 0 if there is none.
   int error() const { return error_; }
-  /// Throws as fail_to_read() if the system has a reason, and Error with the file's name for
-  /// another fault.
+  /// Throws std::system_error if error() is not 0, and Error with the file's name for other faults.
   void require_open() const;
   std::uintmax_t bytes() const { return bytes_; }
-  /// For libraries that read by descriptor; this object closes it.
+  /// For libraries that read by descriptor. This object closes the descriptor.
   int descriptor() const { return descriptor_; }
 
-  /// The next bytes: fewer than fit only at the file's end. Throws as fail_to_read().
+  /// Reads the next bytes and returns their number: fewer than `bytes` has only at the file's end.
+  /// Throws std::system_error if they cannot be read.
   std::size_t read(std::span<std::byte> bytes);
-  /// The next line, without its end; false at the file's end.
+  /// Reads the next line, without its line end; false at the file's end.
   bool next_line(std::string& line, char line_end = '\n');
-  /// All that follows. Also throws std::bad_alloc, and Error for more than `max_bytes`.
+  /// Returns all further bytes. Also throws std::bad_alloc, and Error for more than `max_bytes`.
   std::string rest();
-  /// What is read next begins at this byte.
+  /// Moves to this byte; the next reading begins there.
   void seek(std::uint64_t place);
 
  private:
@@ -55,12 +56,12 @@ class FileReader {
   std::string fault_;
   int error_ = 0, descriptor_ = -1;
   std::uintmax_t bytes_ = 0;
-  std::string block_;  // that next_line() has read, and where the next byte is
+  std::string block_;  // what next_line() has read, and the place of its next byte
   std::size_t place_in_block_ = 0;
 };
 
-/// The content of a file that this program wrote. Throws as FileReader::require_open(), and as
-/// fail_to_read() if not all of it can be read.
+/// The content of a file that this program wrote. Throws as FileReader::require_open(), and
+/// std::system_error if not all of it can be read.
 std::string read_file(const std::filesystem::path& file,
                       std::uintmax_t max_bytes = std::numeric_limits<std::uintmax_t>::max());
 
@@ -75,7 +76,7 @@ void require_file(const std::filesystem::path& file) {
 }
 
 /// The content of a file that a user names. Throws `Fault`, with the file's name, if it cannot be
-/// opened, has more than `max_bytes` or does not fit into the memory; and as FileReader.
+/// opened, has more than `max_bytes` or does not fit into memory. Also throws as FileReader.
 template <class Fault>
 std::string read_user_file(const std::filesystem::path& file,
                            std::uintmax_t max_bytes = std::numeric_limits<std::uintmax_t>::max(),
@@ -89,12 +90,12 @@ std::string read_user_file(const std::filesystem::path& file,
   }
 }
 
-/// The first bytes of a file; fewer if it has fewer, none if the user has to mend its path or its
-/// permissions. Throws as fail_to_read() if they cannot be read for another reason.
+/// The first bytes of a file: fewer if the file is shorter, none if the user has to correct its
+/// path or its permissions. Throws std::system_error if the file cannot be read for another reason.
 std::string begin_of_file(const std::filesystem::path& file, std::size_t bytes);
 bool begins_with(const std::filesystem::path& file, std::string_view begin);
 
-/// Whether bytes begin as a text in UTF-16 does: with its mark and a letter.
+/// Whether bytes begin like a text in UTF-16: with a byte-order mark and a letter.
 bool is_utf16(std::string_view bytes);
 inline constexpr std::string_view utf16_fault = "the file is in UTF-16, expected UTF-8; save it so";
 

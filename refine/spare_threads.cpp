@@ -14,7 +14,7 @@ void SpareThreads::BackgroundTask::send(SpareThreads& threads) {
 }
 
 bool SpareThreads::BackgroundTask::finish() {
-  // If idle or done, its SpareThreads may no longer exist, so *threads_ must not be used.
+  // If the task is idle or done, its SpareThreads need not exist, so *threads_ must not be used.
   if (state_ == State::offered || state_ == State::running) {
     std::unique_lock lock(threads_->mutex_);
     if (state_ == State::offered) {
@@ -51,7 +51,7 @@ void SpareThreads::serve() {
     done_.notify_all();
   }
   --idle_;
-  // No thread is left that would do them.
+  // No thread is left that would do the offered tasks.
   for (BackgroundTask* task : offered_) task->state_ = BackgroundTask::State::idle;
   idle_ += static_cast<int>(offered_.size());
   offered_.clear();

@@ -12,7 +12,7 @@ namespace ensonify::refine {
 /// The threads of a parallel_for that have no item left; they do background tasks for the others.
 class SpareThreads {
  public:
-  /// Work that a spare thread may do, repeatedly. One thread owns it; it may outlive the loop.
+  /// Work that a spare thread may do, once per send(). One thread owns it; it may outlive the loop.
   class BackgroundTask {
    public:
     /// The work must not throw.
@@ -21,14 +21,14 @@ class SpareThreads {
     BackgroundTask(const BackgroundTask&) = delete;
     BackgroundTask& operator=(const BackgroundTask&) = delete;
 
-    /// Lets a spare thread do it, if there is one. Does nothing while is_out().
+    /// Offers the work to a spare thread, if one is free. Does nothing while is_out().
     void send(SpareThreads& threads);
     /// Whether send() was called, and finish() was not called after it.
     bool is_out() const { return state_ != State::idle; }
-    /// Whether a thread is running it: finish() would wait.
+    /// Whether a thread is doing the work, so that finish() would wait.
     bool is_running() const { return state_ == State::running; }
-    /// Waits for the work if a thread has started it, otherwise withdraws it. Returns whether the
-    /// work is done.
+    /// Waits for the work if a thread has started it, otherwise withdraws it. Returns whether it is
+    /// done.
     bool finish();
 
    private:
@@ -42,8 +42,8 @@ class SpareThreads {
   /// Whether a spare thread is free now.
   bool any() const { return idle_ > 0; }
 
-  /// For parallel_for. Its calling thread calls begin_items(); after its items it calls serve(),
-  /// which runs tasks until no thread has items.
+  /// For parallel_for: each of its threads calls begin_items() before its items and serve() after
+  /// them. serve() runs tasks until no thread has items.
   void begin_items();
   void serve();
 

@@ -4,9 +4,10 @@
 
 namespace ensonify::refine {
 
-/// While it lives, the thread rounds to nearest, keeps denormal numbers and has no traps, whatever
-/// the caller has set; afterwards, all is as it was. Without it the caller's settings would change
-/// results, and a trap would end the program. A thread that is started meanwhile has the same.
+/// While an object of this class exists, its thread rounds to nearest, keeps denormal numbers and
+/// has no traps, whatever the caller has set. The destructor restores the caller's settings.
+/// Otherwise those settings would change results, and a trap would end the program. A thread that
+/// is started meanwhile gets the same settings.
 class StandardFloats {
  public:
   StandardFloats() {

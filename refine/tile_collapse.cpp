@@ -18,18 +18,19 @@
 namespace ensonify::refine {
 namespace {
 
-// Few enough that a tile's data stay in a core's own cache, and enough that the vertices at its
-// border, which must wait for the next stage, are a small part.
+// The data of so few vertices stay in a core's own cache. The vertices at a tile's border, which
+// must wait for the next stage, are only a small part of so many.
 constexpr std::size_t vertices_per_tile = 2048;
 
 Index next(Index half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
 Index previous(Index half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
 
-/// The mesh while it is collapsed. Half-edge 3f + k leads from corner k of face f to the next.
+/// The mesh while it is collapsed. Half-edge 3f + k leads from face f's corner k to the next.
 struct HalfEdges {
   struct Vertex {
     Eigen::AlignedBox3f box;  ///< around the closed stars of all vertices that it stands for
-    /// One that leaves it, at a border the first of its fan; none: the vertex was removed.
+    /// A half-edge that starts at the vertex (at a border, the first of its fan); none: it was
+    /// removed.
     Index half_edge = none;
     Index mark = 0;
   };
@@ -40,8 +41,8 @@ struct HalfEdges {
   Index from(Index half_edge) const { return start[half_edge]; }
   Index to(Index half_edge) const { return start[next(half_edge)]; }
 
-  /// Calls visit(half_edge) for those that leave a vertex, counter-clockwise. If the fan is open,
-  /// returns the last face's half-edge that ends at the vertex, otherwise none.
+  /// Calls visit(half_edge) for those that start at a vertex, counter-clockwise. If the fan is
+  /// open, returns the last face's half-edge that ends at the vertex, otherwise none.
   template <class Visit>
   Index walk(Index vertex, Visit visit) const {
     const Index first = vertices[vertex].half_edge;
@@ -53,7 +54,7 @@ struct HalfEdges {
       if (h == first) return none;
     }
   }
-  /// Calls visit(neighbour); returns whether the vertex is at a border.
+  /// Calls visit(neighbour) for a vertex's neighbours; returns whether the vertex is at a border.
   template <class Visit>
   bool walk_ring(Index vertex, Visit visit) const {
     const Index last = walk(vertex, [&](Index h) { visit(to(h)); });
@@ -67,8 +68,8 @@ struct HalfEdges {
       fmt::format("face {} of the mesh {}; repair the mesh first", half_edge / 3, what));
 }
 
-/// Joins the half-edges whose lower end is in [begin, end). Sorts them by that end, then by the
-/// other.
+/// Joins opposite half-edges whose lower vertex is in [begin, end). Sorts them by their lower
+/// vertex, then by their higher vertex.
 void find_opposites(HalfEdges& mesh, Index begin, Index end) {
   std::vector<Index> bucket(end - begin + 2, 0), half_edges;
   const auto for_each = [&](auto visit) {
@@ -100,7 +101,7 @@ void find_opposites(HalfEdges& mesh, Index begin, Index end) {
   }
 }
 
-/// Throws unless each vertex has one fan.
+/// Throws MeshError unless the faces of each vertex are one fan.
 void check_fans(const HalfEdges& mesh, int threads) {
   std::atomic<std::size_t> walked = 0;
   for_parts(mesh.vertices.size(), threads, [&](Index begin, Index end) {
@@ -150,13 +151,13 @@ HalfEdges half_edges(const TriangleMesh& in, int threads) {
 
 /// A part of the mesh in one stage.
 struct CollapseTile {
-  std::vector<Index> vertices;  ///< its remaining vertices
+  std::vector<Index> vertices;  ///< the remaining vertices
   std::size_t leaves = 0;       ///< how many vertices it had at first
   Index mark = 0;               ///< the highest mark used in it
 };
 
-/// Divides the vertices that faces use into 4^n tiles of equal size: halved repeatedly across the
-/// longest side. Tiles 4i to 4i + 3 are the quarters of the former tile i.
+/// Divides the vertices that faces use into 4^n tiles of equal size, by repeatedly halving them
+/// across the longest side. Tiles 4i to 4i + 3 are the quarters of tile i of the stage before.
 std::vector<CollapseTile> partition(const TriangleMesh& in, const HalfEdges& mesh, int threads) {
   struct Place {
     Eigen::Vector3f position;
@@ -194,8 +195,8 @@ std::vector<CollapseTile> partition(const TriangleMesh& in, const HalfEdges& mes
   return tiles;
 }
 
-/// Collapses what is possible inside one tile. It touches no vertex that has a neighbour in another
-/// tile: so tiles cannot affect each other.
+/// Collapses edges inside one tile. Vertices that have a neighbour in another tile are locked: they
+/// are not touched, so tiles cannot affect each other.
 class TileCollapser {
  public:
   TileCollapser(const TriangleMesh& in, HalfEdges& mesh, std::vector<std::uint8_t>& locked,
@@ -204,7 +205,7 @@ class TileCollapser {
     for (const Index v : tile.vertices) left_ += !locked[v];
   }
 
-  /// Collapses until at most `target` of the vertices that may be touched are left, or none can go.
+  /// Collapses until at most `target` unlocked vertices are left, or no edge can be collapsed.
   std::vector<Collapse> run(std::size_t target) {
     // Collapses that were not allowed are tried again after all others, which may free them.
     for (std::size_t before = left_ + 1; left_ < before && left_ > target;) {
@@ -217,11 +218,11 @@ class TileCollapser {
   }
 
  private:
-  /// A possible collapse. Costs only grow, so an offer's cost is at most the present one.
+  /// A possible collapse. Costs only grow, so the cost in an offer is at most the present cost.
   struct Offer {
     float cost;
     Index half_edge;
-    bool operator<(const Offer& other) const {  // for the queue: worse
+    bool operator<(const Offer& other) const {  // for the queue: whether this offer is worse
       return cost != other.cost ? cost > other.cost : half_edge > other.half_edge;
     }
   };
@@ -232,7 +233,7 @@ class TileCollapser {
   }
   float cost(Index half_edge) const { return merged_box(half_edge).sizes().squaredNorm(); }
 
-  /// The second is not read if the first is locked: it may be in another tile.
+  /// If the first vertex is locked, the second may be in another tile, and is not read.
   bool may_touch(Index half_edge) const {
     return !locked_[mesh_.from(half_edge)] && !locked_[mesh_.to(half_edge)];
   }
@@ -261,7 +262,7 @@ class TileCollapser {
       collapse(half_edge);
   }
 
-  /// As OpenMesh's is_collapse_ok; also, a tetrahedron must not become two coincident faces.
+  /// OpenMesh's is_collapse_ok, and: a tetrahedron must not become two coincident faces.
   bool is_allowed(Index half_edge) {
     const Index a = mesh_.from(half_edge), b = mesh_.to(half_edge);
     const Index back = mesh_.opposite[half_edge];
@@ -289,8 +290,8 @@ class TileCollapser {
     if (b != none) mesh_.opposite[b] = a;
   }
 
-  /// Whether the start is kept: an end at the mesh's border, otherwise the end nearer to the middle
-  /// of the merged box.
+  /// Whether the half-edge's start is kept. If only one end is at the mesh's border, this end is
+  /// kept, otherwise the end that is nearer to the middle of the merged box.
   bool keeps_start(Index half_edge) const {
     const Index a = mesh_.from(half_edge), b = mesh_.to(half_edge);
     const auto at_border = [&](Index v) {
@@ -314,8 +315,7 @@ class TileCollapser {
     }
     const auto [kept, removed, left_face, right_face] = collapses_.emplace_back(found);
 
-    // The half-edge where the merged fan begins: where an open fan of the two began, or after a
-    // face that vanishes.
+    // The merged fan begins where an open one of the two fans began, or after a vanishing face.
     Index first = mesh_.opposite[previous(half_edge)];
     for (const Index v : {kept, removed}) {
       const Index h = mesh_.vertices[v].half_edge;
@@ -338,7 +338,7 @@ class TileCollapser {
       join(in, out);
       if (mesh_.vertices[cut].half_edge / 3 == across / 3) mesh_.vertices[cut].half_edge = in;
       std::fill_n(mesh_.start.begin() + across / 3 * 3, 3, none);
-      offer(in != none ? in : out);  // two edges became one; its only offer may be gone
+      offer(in != none ? in : out);  // two edges became one, whose only offer may be gone
     }
   }
 
@@ -346,7 +346,7 @@ class TileCollapser {
   HalfEdges& mesh_;
   std::vector<std::uint8_t>& locked_;
   CollapseTile& tile_;
-  std::size_t left_ = 0;  // how many of its vertices may be touched
+  std::size_t left_ = 0;  // how many of the tile's vertices are not locked
   std::priority_queue<Offer> offers_;
   std::vector<Index> leaving_;
   std::vector<Collapse> collapses_;
@@ -385,7 +385,8 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Border
             v, [&](Index other) { locked[v] |= tile_of[other] >> 2 * stage != tile; });
         locked[v] |= at_border && borders == Borders::stay;
       }
-      // A quarter each: so a merged tile is as large as one tile before, except for borders.
+      // Each tile is reduced to a quarter. So four merged tiles are as large as one tile before,
+      // except for vertices at borders.
       const std::size_t target = tiles.size() == 1 ? 0 : tiles[tile].leaves >> 2 * (stage + 1);
       found[tile] = TileCollapser(in, mesh, locked, tiles[tile]).run(target);
     });
@@ -411,7 +412,8 @@ ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads, Bor
   try {
     return build_by_tiles(in, threads, borders, stop_check);
   } catch (const MeshError&) {
-    // Not manifold. Heightfields are, and need no repair, which takes as long as the build.
+    // The mesh is not manifold. Only then it is repaired, because this takes as long as the build.
+    // Heightfields need no repair.
     const RepairedMesh manifold = repair(in, -1.0);
     ProgressiveMeshArrays built = build_by_tiles(manifold.mesh, threads, borders, stop_check);
     for (Index& face : built.source_face)

@@ -12,7 +12,7 @@ void TilesInView::look_at(std::span<const FanVolume> volumes) {
   strips_.clear();
   for (const FanVolume& v : volumes) {
     // A point p of the volume has |p . axis| <= range sin(truncation), p . middle >= 0 and |p.z| <=
-    // range. Rounding is much less than the added hundredth, for a map of up to 1000 km.
+    // range. On a map of up to 1000 km, rounding is much less than the added 0.01 m.
     const double reach_m =
         v.range_m * 1.0001 + v.margin_m + 0.01 + 1e-6 * v.apex.lpNorm<Eigen::Infinity>();
     strips_.push_back(
@@ -26,7 +26,7 @@ void TilesInView::look_at(std::span<const FanVolume> volumes) {
   }
 }
 
-/// Whether a volume can touch a vertical cylinder of any height.
+/// Whether a volume can touch an infinitely high vertical cylinder.
 bool TilesInView::touches_map(const Eigen::Vector2d& centre, double radius_m) const {
   return std::ranges::any_of(strips_, [&](const Strip& strip) {
     const Eigen::Vector2d p = centre - strip.apex;
@@ -36,10 +36,10 @@ bool TilesInView::touches_map(const Eigen::Vector2d& centre, double radius_m) co
   });
 }
 
-// What a volume can touch must not depend on which tiles were made before: other faces make other
-// trees, and Embree's rounding depends on the tree. So a tile is taken if its own circle and ball
-// can touch a volume, and a node above may only be passed over if none of its tiles can be taken.
-// The circles and balls of all boxes within a box lie within sqrt(2) of its own radius.
+// The result must not depend on which tiles were made before, because other faces make other trees,
+// and Embree's rounding depends on the tree. So a tile is taken only if its own circle and ball can
+// touch a volume, and a node above tiles may be left out only if none of them can be taken. A box's
+// own circle or ball, widened by sqrt(2), includes those of all boxes within the box.
 bool TilesInView::can_touch(const HeightGrid::Range& range, int level, int column, int row) const {
   const int size = HeightGrid::tile_cells << level;
   const int first_column = column * size, first_row = row * size;

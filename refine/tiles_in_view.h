@@ -10,18 +10,18 @@
 
 namespace ensonify::refine {
 
-/// The tiles of a height grid that fan volumes (of one ping or of several) can touch. Which ones
-/// they are does not depend on which tiles were made before.
+/// The tiles of a height grid that fan volumes (of one ping or of several) can touch. The result
+/// does not depend on which tiles were made before.
 class TilesInView {
  public:
-  /// The grid must outlive this.
+  /// The grid must outlive this object.
   explicit TilesInView(const HeightGrid& grid) : grid_(&grid) {}
 
   /// Throws std::invalid_argument as ViewTest does.
   void look_at(std::span<const FanVolume> volumes);
   const ViewTest& view() const { return view_; }
 
-  /// Calls take(tile, its column, its row) for each. Tiles whose heights are not known are made, so
+  /// Calls take(tile, its column, its row) for each tile. Tiles that are not made yet are made, so
   /// this throws what HeightGrid::tile() throws.
   template <class Take>
   void for_each(Take&& take) const {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/refine/index.h>
 #include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::refine {
@@ -17,34 +18,27 @@ void append(TriangleMesh& mesh, Triangles more) {
 }
 
 Bounds bounds(Triangles triangles) {
-  Bounds box;
-  if (triangles.faces.empty()) return box;
-  box.lowest = box.highest = triangles.positions[triangles.faces.front()[0]];
+  if (triangles.faces.empty()) return {};
+  Eigen::AlignedBox3f box;
   for (const Face& face : triangles.faces)
-    for (const std::uint32_t vertex : face) {
-      box.lowest = box.lowest.cwiseMin(triangles.positions[vertex]);
-      box.highest = box.highest.cwiseMax(triangles.positions[vertex]);
-    }
-  return box;
+    for (const std::uint32_t vertex : face) box.extend(triangles.positions[vertex]);
+  return {box.min(), box.max()};
 }
 
 bool encloses_volume(Triangles triangles) {
   if (triangles.faces.empty()) return false;
-  const auto packed = [](std::uint32_t from, std::uint32_t to) {
-    return std::uint64_t{from} << 32 | to;
-  };
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * triangles.faces.size());
   for (const Face& face : triangles.faces)
-    for (std::size_t k = 0; k < 3; ++k) edges.push_back(packed(face[k], face[(k + 1) % 3]));
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(pack(face[k], face[(k + 1) % 3]));
   std::ranges::sort(edges);
   if (std::ranges::adjacent_find(edges) != edges.end()) return false;
   for (const std::uint64_t edge : edges) {
     const auto from = static_cast<std::uint32_t>(edge >> 32), to = static_cast<std::uint32_t>(edge);
-    if (!std::ranges::binary_search(edges, packed(to, from))) return false;
+    if (!std::ranges::binary_search(edges, pack(to, from))) return false;
   }
 
-  std::vector<std::uint32_t> body(triangles.positions.size());  // a vertex of the same body
+  std::vector<std::uint32_t> body(triangles.positions.size());  // by vertex: one of its body
   std::iota(body.begin(), body.end(), std::uint32_t{0});
   const auto body_of = [&](std::uint32_t vertex) {
     while (body[vertex] != vertex) vertex = body[vertex] = body[body[vertex]];
@@ -53,7 +47,7 @@ bool encloses_volume(Triangles triangles) {
   for (const Face& face : triangles.faces)
     for (const std::size_t k : {1, 2}) body[body_of(face[k])] = body_of(face[0]);
   struct Volume {
-    double sum = 0.0, size = 0.0;  // of six times the volume, and of its terms
+    double sum = 0.0, size = 0.0;  // six times the volume; the sum of its terms' absolute values
   };
   std::vector<Volume> volumes(triangles.positions.size());
   for (std::uint32_t f = 0; f < triangles.faces.size(); ++f) {
@@ -81,8 +75,8 @@ MeshSummary summarise(const TriangleMesh& mesh) {
   edges.reserve(3 * mesh.faces.size());
   for (const Face& face : mesh.faces)
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint64_t a = place[face[k]], b = place[face[(k + 1) % 3]];
-      if (a != b) edges.push_back(std::min(a, b) << 32 | std::max(a, b));
+      const auto [low, high] = std::minmax(place[face[k]], place[face[(k + 1) % 3]]);
+      if (low != high) edges.push_back(pack(low, high));
     }
   std::sort(edges.begin(), edges.end());
   for (std::size_t i = 0, next = 0; i < edges.size(); i = next) {

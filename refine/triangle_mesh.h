@@ -11,7 +11,7 @@
 
 namespace ensonify::refine {
 
-/// A fault in a mesh or grid from a file. The message names the file and place, the fault, the
+/// A fault in a mesh or grid from a file. The message has the file, the place, the fault, the
 /// remedy.
 struct MeshError : Error {
   using Error::Error;
@@ -19,7 +19,7 @@ struct MeshError : Error {
 
 using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwise seen from outside
 
-/// For a large mesh: faces, and half as many vertices.
+/// Memory of a large mesh, which has half as many vertices as faces.
 inline constexpr double mesh_bytes_per_face = sizeof(Face) + 0.5 * sizeof(Eigen::Vector3f);
 
 /// A view of triangles, in local metres.
@@ -45,34 +45,34 @@ struct TriangleMesh {
   operator Triangles() const { return {positions, faces, {}}; }
 };
 
-/// Adds all vertices and faces of another mesh; its world origin does not count.
+/// Adds all vertices and faces of another mesh. Their local positions stay the same.
 void append(TriangleMesh& mesh, Triangles more);
 
-/// The box around the vertices that faces use, local metres; both corners are zero without faces.
+/// A box in local metres. Both corners are zero for a mesh without faces.
 struct Bounds {
   Eigen::Vector3f lowest = Eigen::Vector3f::Zero();
   Eigen::Vector3f highest = Eigen::Vector3f::Zero();
 
   Eigen::Vector3d middle() const { return 0.5 * (lowest.cast<double>() + highest.cast<double>()); }
 };
-/// The vertices of all faces must be there.
+/// The box around the vertices that faces use. All vertices of the faces must exist.
 Bounds bounds(Triangles triangles);
 
-/// Whether faces enclose a volume, and show their outer sides: each edge, by the numbers of its
-/// vertices, has two faces in opposite directions, and each connected body's volume is positive and
-/// more than rounding. The vertices of all faces must be there.
+/// Whether faces enclose a volume and are oriented outwards: each edge (a pair of vertex numbers)
+/// has two faces in opposite directions, and the volume of each connected body is positive and more
+/// than rounding. All vertices of the faces must exist.
 bool encloses_volume(Triangles triangles);
 
-/// What `mesh-info` reports. For edges, vertices at one place count as one vertex.
+/// Numbers that `mesh-info` reports. For edges, vertices at one place count as one vertex.
 struct MeshSummary {
   std::size_t vertices = 0;
   std::size_t faces = 0;
   Eigen::Vector3d lowest = Eigen::Vector3d::Zero();   ///< world metres
   Eigen::Vector3d highest = Eigen::Vector3d::Zero();  ///< world metres
-  std::size_t boundary_edges = 0;                     ///< used by one face
-  std::size_t non_manifold_edges = 0;                 ///< used by three or more
+  std::size_t boundary_edges = 0;                     ///< edges of one face
+  std::size_t non_manifold_edges = 0;                 ///< edges of three or more faces
 };
-/// The same of a mesh whose faces' vertices are all there. Throws std::bad_alloc.
+/// Computes these numbers. All vertices of the mesh's faces must exist. Throws std::bad_alloc.
 MeshSummary summarise(const TriangleMesh& mesh);
 
 }  // namespace ensonify::refine

@@ -15,17 +15,17 @@
 namespace ensonify::refine {
 namespace {
 
-// A child's number is a collapse's; with this bit, a vertex's.
+// A child's number is the number of a collapse, or, with this bit, the number of a vertex.
 constexpr Index leaf_bit = Index{1} << 31;
 
-/// The trees that the collapses make; nodes are numbered by collapse.
+/// The trees that the collapses make. A node has the number of its collapse.
 struct Forest {
   struct Node {
     Index left, right;
-    Index leaves;  // below it
+    Index leaves;  // how many are below the node
   };
   std::vector<Node> nodes;
-  std::vector<Index> tops;  // of each tree
+  std::vector<Index> tops;  // the top node or the only leaf of each tree
 
   Index leaves_of(Index child) const { return child & leaf_bit ? 1 : nodes[child].leaves; }
 };
@@ -60,7 +60,7 @@ struct LeafRange {
   Index lo, hi;
 };
 
-/// Data for lay_out in addition to the result.
+/// What lay_out() needs in addition to the result.
 struct Numbering {
   std::vector<Index> leaf_of;  // by vertex
   std::vector<LeafRange> ranges;
@@ -71,8 +71,7 @@ struct Numbering {
 Numbering number_nodes(const TriangleMesh& in, std::span<const Collapse> collapses,
                        const Forest& forest, ProgressiveMeshArrays& out) {
   const std::size_t inner = forest.nodes.size();
-  Numbering layout{.leaf_of = std::vector<Index>(in.positions.size()), .ranges{}};
-  layout.ranges.resize(inner);
+  Numbering layout{std::vector<Index>(in.positions.size()), std::vector<LeafRange>(inner)};
   out.points.resize(in.positions.size());
   out.mid.resize(inner);
   out.order.resize(inner);
@@ -108,7 +107,7 @@ Numbering number_nodes(const TriangleMesh& in, std::span<const Collapse> collaps
   return layout;
 }
 
-/// Appends the base mesh's faces to source_face, and fills faces with corners by leaf.
+/// Appends the base mesh's faces to source_face, and fills `faces`, with leaves as corners.
 void place_faces(const TriangleMesh& in, const Numbering& layout, int threads,
                  ProgressiveMeshArrays& out) {
   std::vector<bool> seen(in.faces.size(), false);
@@ -137,9 +136,9 @@ void place_faces(const TriangleMesh& in, const Numbering& layout, int threads,
   });
 }
 
-/// Computes spheres from the leaves up. A centre is that of the bounding box of closed stars. A
-/// radius is the distance of the farthest corner, found by descending only where children's spheres
-/// reach farther than the farthest corner found so far.
+/// Computes the nodes' spheres from the leaves up. A centre is the middle of the box around the
+/// closed stars of the node's leaves. A radius is the distance of the farthest corner. To find it,
+/// only those children are searched whose spheres reach farther than the farthest corner so far.
 class SphereMaker {
  public:
   SphereMaker(const ProgressiveMeshArrays& mesh, const std::vector<LeafRange>& ranges, int threads)
@@ -152,7 +151,7 @@ class SphereMaker {
     find_stars();
   }
 
-  /// Cuts the trees into subtrees, which threads do, and the nodes above them.
+  /// Makes all spheres. Threads do subtrees; after that, the nodes above the subtrees are done.
   std::vector<Sphere> make() {
     std::vector<Index> subtrees, above;  // in preorder
     for (Index node = 0; node < ranges_.size();) {
@@ -179,16 +178,16 @@ class SphereMaker {
 
  private:
   using Box = Eigen::AlignedBox3f;
-  /// The state of placing nodes in descending order. A node's left child, unless it is a leaf, is
-  /// the last placed node without a placed parent; its right child is the one before.
+  /// The state while nodes are placed in descending order of numbers. The last box is that of a
+  /// node's left child, unless this is a leaf; the box before it is that of the right child.
   struct Sweep {
-    std::vector<Box> boxes;  // of placed nodes whose parents are not placed
+    std::vector<Box> boxes;  // of the placed nodes whose parents are not placed yet
     std::vector<Index> pending;
   };
 
   static constexpr Index leaves_at_once = 4096;
-  // A sphere may be 1 % larger than necessary if that avoids a descent. After longest_way nodes it
-  // takes the children's reach, as in a tree that is only a chain.
+  // A sphere may be 1 % larger than necessary, because this avoids searches. After longest_way
+  // nodes the search takes the children's reach, as in a tree that is only a chain.
   static constexpr double tolerance = 1.01;
   static constexpr int longest_way = 256;
 
@@ -211,7 +210,7 @@ class SphereMaker {
     sweep.boxes.push_back(box);
   }
 
-  /// For each leaf the other corners of its faces; most are there twice.
+  /// Lists for each leaf the other corners of its faces. Most of them are in the list twice.
   void find_stars() {
     const std::size_t leaves = mesh_.points.size();
     const auto for_each_corner = [&](std::size_t begin, std::size_t end, const auto& visit) {
@@ -225,7 +224,7 @@ class SphereMaker {
     });
     for (std::size_t l = 0; l < leaves; ++l) star_begin_[l + 2] += star_begin_[l + 1];
     star_.resize(star_begin_.back());
-    // During filling, a star's present end is stored where the next one's begin will be.
+    // During filling, a star's present end is stored in the place for the next star's start.
     for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
       for_each_corner(begin, end, [&](const Face& face, std::size_t k) {
         star_[star_begin_[face[k] + 1]++] = face[(k + 1) % 3];
@@ -253,7 +252,8 @@ class SphereMaker {
     return std::sqrt(farthest2);
   }
 
-  /// A bound on how far the corners below a node are from `from`; its children are placed already.
+  /// A distance from `from` that no corner below a node exceeds. Its children must be placed
+  /// already.
   double farthest(Index top, const Eigen::Vector3d& from, std::vector<Index>& pending) const {
     double found = 0.0, passed = 0.0;
     pending.assign({top});

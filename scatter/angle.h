@@ -4,6 +4,6 @@
 
 namespace ensonify::scatter {
 
-inline constexpr double degree = std::numbers::pi / 180.0;  ///< in radians
+inline constexpr double degree = std::numbers::pi / 180.0;  ///< one degree in radians
 
 }  // namespace ensonify::scatter

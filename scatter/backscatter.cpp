@@ -1,10 +1,8 @@
 #include <ensonify/scatter/backscatter.h>
 
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 
 #include <fmt/format.h>
 
@@ -14,8 +12,6 @@
 #include <ensonify/scatter/energy_bound.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/kirchhoff.h>
-#include <ensonify/scatter/large_roughness.h>
-#include <ensonify/scatter/sediment_volume.h>
 #include <ensonify/scatter/small_slope.h>
 #include <ensonify/scatter/solid_target.h>
 
@@ -26,96 +22,64 @@ using std::numbers::pi;
 
 constexpr double smallest_grazing_rad = 0.001 * degree;
 
-/// TR 9407 eq. 57, with IV.C.4's limits.
+/// TR 9407 eq. 57, with the limits of section IV.C.4.
 double interpolation_weight(double x) { return 1.0 / (1.0 + std::exp(std::clamp(x, -40.0, 40.0))); }
 
 /// APL-UW TR 9407 (1994), section IV.
-class Tr9407 final : public BottomModel {
- public:
-  explicit Tr9407(const BottomConditions& bed) : bed_(bed) {}
-  BottomTerms terms(double grazing_rad) const override {
-    const double grazing = std::max(grazing_rad, smallest_grazing_rad);
-    const Sediment& sediment = bed_.sediment;
-    BottomTerms terms;
-    terms.kirchhoff = kirchhoff(sediment, bed_.k_per_cm, grazing);
-    terms.composite = composite_roughness(sediment, bed_.k_per_cm, grazing, bed_.unresolved_slope);
-    terms.large_roughness = large_roughness(sediment, grazing, bed_.slope);
-    terms.volume = sediment_volume(sediment, grazing, bed_.unresolved_slope);
-    // Outside its range this form grows with the frequency until more returns than arrives: coarse
-    // sand from 400 kHz on, below 10 degrees. Gravel and rock keep the form of 100 kHz.
-    if (!gravel_or_rock(sediment) &&
-        expected_spread_db(sediment, bed_.frequency_hz) > ordinary_spread_db)
-      terms.large_roughness =
-          std::clamp(diffuse_bound(grazing) - terms.volume, 0.0, terms.large_roughness);
-    const double f_x = interpolation_weight(
-        (std::cos(grazing) - kirchhoff_end_cosine(sediment, bed_.k_per_cm)) / 0.0125);
-    const double f_y = gentle_relief_weight(bed_.slope);
-    const double gentle = f_x * terms.kirchhoff + (1.0 - f_x) * terms.composite;  // eq. 58
-    terms.roughness = f_y * gentle + (1.0 - f_y) * terms.large_roughness;         // eq. 62
-    return terms;
-  }
-
- private:
-  BottomConditions bed_;
-};
-
-/// The small-slope approximation for the roughness, and TR 9407's volume.
-class SmallSlopeBottom final : public BottomModel {
- public:
-  explicit SmallSlopeBottom(const BottomConditions& bed)
-      : bed_(bed), roughness_(bed.sediment, bed.frequency_hz, bed.sound_speed_mps) {}
-  BottomTerms terms(double grazing_rad) const override {
-    const double grazing = std::max(grazing_rad, smallest_grazing_rad);
-    return {.roughness = roughness_.cross_section(grazing),
-            .volume = sediment_volume(bed_.sediment, grazing, bed_.unresolved_slope)};
-  }
-
- private:
-  BottomConditions bed_;
-  SmallSlope roughness_;
-};
-
-/// Mackenzie's, whatever the sediment.
-class LambertBottom final : public BottomModel {
- public:
-  explicit LambertBottom(const BottomConditions&) {}
-  BottomTerms terms(double grazing_rad) const override {
-    return {.roughness = law_.cross_section(grazing_rad)};
-  }
-
- private:
-  Lambert law_;
-};
-
-/// Rock: Lambert's law with the measured level. Near vertical, which was not measured, rock
-/// reflects more than that, here with the lobe of the solid `stone`: less than 0.1 dB up to 45
-/// degrees.
-class MeasuredRock final : public BottomModel {
- public:
-  explicit MeasuredRock(double mu_db) : rock_(with_lobe(mu_db)) {}
-  BottomTerms terms(double grazing_rad) const override {
-    return {.roughness = rock_.cross_section(grazing_rad)};
-  }
-
- private:
-  static Solid with_lobe(double mu_db) {
-    Solid rock = solid_named("stone");
-    rock.diffuse_db = mu_db;
-    return rock;
-  }
-
-  SolidTarget rock_;
-};
-
-std::unique_ptr<const BottomModel> make_tr9407(const BottomConditions& bed) {
-  if (bed.sediment.lambert_mu_db)
-    return std::make_unique<MeasuredRock>(*bed.sediment.lambert_mu_db);
-  return std::make_unique<Tr9407>(bed);
+BottomTerms tr9407(const BottomConditions& bed, double grazing_rad) {
+  const double grazing = std::max(grazing_rad, smallest_grazing_rad);
+  const Sediment& sediment = bed.sediment;
+  BottomTerms terms;
+  terms.kirchhoff = kirchhoff(sediment, bed.k_per_cm, grazing);
+  terms.composite = composite_roughness(sediment, bed.k_per_cm, grazing, bed.unresolved_slope);
+  terms.large_roughness = large_roughness(sediment, grazing, bed.slope);
+  terms.volume = sediment_volume(sediment, grazing, bed.unresolved_slope);
+  // Above its range of frequencies, the large-roughness form grows until more energy returns than
+  // arrives: for coarse sand from 400 kHz on, below 10 degrees. So it is limited here. Gravel and
+  // rock need no limit, because their form is that of 100 kHz.
+  if (!gravel_or_rock(sediment) &&
+      expected_spread_db(sediment, bed.frequency_hz) > ordinary_spread_db)
+    terms.large_roughness =
+        std::clamp(diffuse_bound(grazing) - terms.volume, 0.0, terms.large_roughness);
+  const double f_x = interpolation_weight(
+      (std::cos(grazing) - kirchhoff_end_cosine(sediment, bed.k_per_cm)) / 0.0125);
+  const double f_y = gentle_relief_weight(bed.slope);
+  const double gentle = f_x * terms.kirchhoff + (1.0 - f_x) * terms.composite;  // eq. 58
+  terms.roughness = f_y * gentle + (1.0 - f_y) * terms.large_roughness;         // eq. 62
+  return terms;
 }
 
-template <class Model>
-std::unique_ptr<const BottomModel> make(const BottomConditions& bed) {
-  return std::make_unique<Model>(bed);
+/// Rock: Lambert's law with the measured strength. Near vertical nothing was measured, but rock
+/// reflects more than Lambert's law gives. So the lobe of the solid `stone` is added; it adds less
+/// than 0.1 dB up to 45 degrees.
+SolidTarget measured_rock(double mu_db) {
+  Solid rock = solid_named("stone");
+  rock.diffuse_db = mu_db;
+  return SolidTarget(rock);
+}
+
+BottomModel make_tr9407(const BottomConditions& bed) {
+  if (!bed.sediment.lambert_mu_db) return std::bind_front(tr9407, bed);
+  return [rock = measured_rock(*bed.sediment.lambert_mu_db)](double grazing_rad) {
+    return BottomTerms{.roughness = rock.cross_section(grazing_rad)};
+  };
+}
+
+/// The small-slope approximation for the roughness, and TR 9407's volume.
+BottomModel make_small_slope(const BottomConditions& bed) {
+  return [bed, roughness = SmallSlope(bed.sediment, bed.frequency_hz, bed.sound_speed_mps)](
+             double grazing_rad) {
+    const double grazing = std::max(grazing_rad, smallest_grazing_rad);
+    return BottomTerms{.roughness = roughness.cross_section(grazing),
+                       .volume = sediment_volume(bed.sediment, grazing, bed.unresolved_slope)};
+  };
+}
+
+/// Lambert's law with Mackenzie's strength, for every sediment.
+BottomModel make_lambert(const BottomConditions&) {
+  return [law = Lambert()](double grazing_rad) {
+    return BottomTerms{.roughness = law.cross_section(grazing_rad)};
+  };
 }
 
 constexpr std::array models{
@@ -124,15 +88,15 @@ constexpr std::array models{
                     .make = &make_tr9407},
     BottomModelKind{.name = "small-slope",
                     .help = "the small-slope approximation for the roughness of sediments",
-                    .make = &make<SmallSlopeBottom>},
+                    .make = &make_small_slope},
     BottomModelKind{.name = "lambert",
                     .help = "Lambert's law, whatever the sediment",
-                    .make = &make<LambertBottom>,
+                    .make = &make_lambert,
                     .by_sediment = false},
 };
 
-/// The mean of a cross-section over all directions within a small angle of vertical, over even
-/// steps of the logarithm of the angle: so it includes lobes of any width.
+/// The mean of a cross-section over all directions within a small angle of vertical. The steps are
+/// even in the logarithm of the angle, so that the mean includes lobes of any width.
 double mean_about_vertical(const Backscatter& model, double within_rad) {
   constexpr double narrowest_rad = 1e-14, ratio = 0.97;
   double sum = 0.0, weights = 0.0;
@@ -191,7 +155,7 @@ double Bottom::cross_section(double grazing_rad) const {
 
 BackscatterTable::BackscatterTable(const Backscatter& model, double resolved_rad) {
   const double mean = resolved_rad > 0.0 ? mean_about_vertical(model, resolved_rad) : 0.0;
-  // Written so that a strength at vertical that is infinite counts as such a lobe, too.
+  // Written with `!`, so that an infinite strength at vertical counts as a narrow lobe, too.
   const bool spread = resolved_rad > 0.0 && !(model.cross_section(pi / 2.0) <= 2.0 * mean);
   const double from_rad = spread ? pi / 2.0 - resolved_rad : pi;
   const auto quotient = [&](double grazing_rad) {

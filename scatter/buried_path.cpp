@@ -17,9 +17,9 @@ BuriedPath buried_path(double height_m, double depth_m, double along_m, double s
     path.cos_sediment = nu * cosine;
     path.sin_sediment = std::sqrt(1.0 - path.cos_sediment * path.cos_sediment);
   };
-  // How far the path goes along the bed grows with the cosine, without limit towards the critical
-  // angle, and ever faster: Newton's method converges from above. Where it leaves the bracket, the
-  // bracket is halved.
+  // The distance that the path covers along the bed grows with the cosine, ever faster, and without
+  // limit towards the critical angle. So Newton's method converges from above. If a step leaves the
+  // bracket, the bracket is halved instead.
   constexpr int max_steps = 60;
   const double limit = std::min(1.0, 1.0 / nu);
   double low = 0.0, high = limit;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t max_nodes = 513;
 constexpr double farthest_cotangent = 60.0;
-/// Nodes are at even steps of w / (1 + w / this), w the cotangent.
+/// Nodes are at even steps of w / (1 + w / even_up_to), where w is the cotangent.
 constexpr double even_up_to = 20.0;
 constexpr double node_step =
     farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (max_nodes - 1.0);
@@ -18,21 +18,21 @@ constexpr double cotangent_of(std::size_t node) {
   const double steps = node_step * static_cast<double>(node);
   return steps / (1.0 - steps / even_up_to);
 }
-constexpr double min_sine = 0.05;  // of a ray anywhere; flatter rays are not in the tables
+constexpr double min_sine = 0.05;  // rays that are flatter anywhere are not in the tables
 
-/// asinh(x) / x for small x; the next term of the series is below rounding up to 0.01.
+/// asinh(x) / x, also for small x. Up to 0.01 the next term of the series is smaller than rounding.
 double asinh_over_signed(double x) {
   const double x2 = x * x;
   if (x2 > 1e-4) return std::asinh(x) / x;
   return 1.0 - x2 / 6.0 * (1.0 - x2 * 9.0 / 20.0 * (1.0 - x2 * 25.0 / 42.0));
 }
 
-/// A ray's step down through water of one gradient, with Snell's constant xi (s/m): with the sines
-/// s of its angles below the horizontal and the speeds c at both ends, its range is xi dz (c + c')
-/// / (s + s').
+/// The path of a ray down through water of one gradient. With Snell's constant xi (s/m), and with
+/// the sines s and s' of the ray's angles below the horizontal and the speeds c and c' at both
+/// ends, the range is xi dz (c + c') / (s + s').
 struct Step {
   double range_over_xi_m2_per_s;
-  double slope_m2_per_s;  // of the range, over xi
+  double slope_m2_per_s;  // derivative of the range with respect to xi
   double time_s;
   double path_m;    // the length of the arc
   double middle_m;  // the arc's mean depth below its top
@@ -47,7 +47,7 @@ struct Step {
     time_s = chord_m / middle_mps * asinh_over_signed(0.5 * gradient_per_s * chord_m / middle_mps);
     const double turn = xi * gradient_per_s * chord_m;
     path_m = chord_m * (1.0 + turn * turn / 24.0);
-    middle_m = 0.5 * dz + xi * middle_mps * turn * chord_m / 12.0;  // of its arc
+    middle_m = 0.5 * dz + xi * middle_mps * turn * chord_m / 12.0;
   }
 };
 
@@ -74,7 +74,7 @@ void DirectRays::start_at(double source_depth_m) {
                        layers[i].absorption_db_per_m(top_m), layers[i].db_per_m2});
     if (pieces_.back().top_m <= shallowest_m_) first_ = pieces_.size() - 1;
   }
-  if (pieces_.empty())  // the source is at the deepest
+  if (pieces_.empty())  // the source is at deepest_m
     pieces_.push_back({source_depth_m, source_mps_, 0.0,
                        profile_->mean_absorption_db_per_m(source_depth_m, source_depth_m), 0.0});
   nodes_ = 0;
@@ -119,7 +119,7 @@ std::size_t DirectRays::piece_of(double depth_m) const {
   return k;
 }
 
-/// A ray's place at a depth in a piece.
+/// Where the ray with the cotangent w is at a depth in the piece k.
 DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const {
   const Piece& piece = pieces_[k];
   const double dz = depth_m - piece.top_m;
@@ -127,7 +127,7 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
   const std::size_t i = std::min(static_cast<std::size_t>(node_of(w)), nodes_ - 2);
   const Node& a = table_[(k - first_) * max_nodes + i];
   const Node& b = *(&a + 1);
-  // The Hermite cubic through both nodes.
+  // The Hermite cubic through both nodes, with their slopes.
   const double from = cotangent_of(i), per_step = 1.0 / (cotangent_of(i + 1) - from);
   const double x = (w - from) * per_step, y = 1.0 - x, width = 1.0 / per_step;
   const double h00 = y * y * (1.0 + 2.0 * x), h01 = x * x * (1.0 + 2.0 * y);
@@ -142,44 +142,40 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
       h00 * a.time_s + h01 * b.time_s + h10 * a.time_slope_s + h11 * b.time_slope_s;
   return {h00 * a.range_m + h01 * b.range_m + h10 * a.range_slope_m + h11 * b.range_slope_m +
               xi * step.range_over_xi_m2_per_s,
-          d0 * (b.range_m - a.range_m) + d10 * a.range_slope_m + d11 * b.range_slope_m +
-              step.slope_m2_per_s / (hypotenuse2 * hypotenuse * source_mps_),
-          top_s + step.time_s,
-          top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
           xi,
-          mps,
-          top_s * (y * a.mean_db_per_s + x * b.mean_db_per_s) +
-              step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m)};
+          {w, top_s + step.time_s, top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
+           d0 * (b.range_m - a.range_m) + d10 * a.range_slope_m + d11 * b.range_slope_m +
+               step.slope_m2_per_s / (hypotenuse2 * hypotenuse * source_mps_),
+           mps,
+           top_s * (y * a.mean_db_per_s + x * b.mean_db_per_s) +
+               step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m)}};
 }
 
 bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
-  constexpr double close_m = 1e-5;  // its square, over any range, is negligible
+  constexpr double close_m = 1e-5;  // its square divided by any range is negligible
   constexpr int max_rounds = 20;
   const std::size_t piece = piece_of(depth_m);
   double w = std::clamp(way.cotangent, 0.0, flattest());
   for (int round = 0; round < max_rounds; ++round) {
     const Place here = at(w, piece, depth_m);
-    const double off_m = here.range_m - range_m;
+    const double off_m = here.range_m - range_m, slope_m = here.way.range_per_cotangent_m;
     if (std::abs(off_m) < close_m) {
-      // At one depth, d(time) / d(range) is Snell's constant.
-      way = {std::max(w - off_m / here.range_slope_m, 0.0),
-             here.time_s - here.xi * off_m,
-             here.path_m,
-             here.range_slope_m,
-             here.mps,
-             here.absorption_db};
+      // d(time) / d(range) at a constant depth is Snell's constant.
+      way = here.way;
+      way.cotangent = std::max(w - off_m / slope_m, 0.0);
+      way.time_s -= here.xi * off_m;
       return true;
     }
     if (off_m < 0.0 && w >= flattest()) return false;
-    w = std::clamp(w - off_m / here.range_slope_m, 0.0, flattest());
+    w = std::clamp(w - off_m / slope_m, 0.0, flattest());
   }
   return false;
 }
 
 double DirectRays::follow(double cotangent, double depth_m, Eigenray& way) const {
   const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
-  way = {cotangent,           there.time_s, there.path_m,
-         there.range_slope_m, there.mps,    there.absorption_db};
+  way = there.way;
+  way.cotangent = cotangent;
   return there.range_m;
 }
 

@@ -7,16 +7,16 @@
 
 namespace ensonify::scatter {
 
-/// The rays of sound that go down from one depth without turning: which of them reaches a point,
-/// and when. They cannot cross: of two, the flatter one is farther out at every depth, so a point
-/// has one ray or none. Ranges and times to the layers' edges are tabulated over the cotangent of
-/// the launch angle; in water of one speed the range is proportional to it. Within a layer they are
-/// SoundRay's closed forms.
+/// The rays of sound that go down from one depth without turning upwards: finds the ray that
+/// reaches a point, and its travel time. These rays cannot cross: of two rays, the flatter one is
+/// farther out at every depth, so a point has one ray or none. Ranges and times to the edges of
+/// layers are in tables over the cotangent of the launch angle, because in water of one speed the
+/// range is proportional to the cotangent. Within a layer, the closed forms of SoundRay are used.
 class DirectRays {
  public:
   /// The ray that reaches a point.
   struct Eigenray {
-    double cotangent = 0.0;  ///< of its launch angle below the horizontal
+    double cotangent = 0.0;  ///< of the launch angle below the horizontal
     double time_s = 0.0;
     double path_m = 0.0;
     double range_per_cotangent_m = 0.0;  ///< at the point's depth
@@ -24,22 +24,23 @@ class DirectRays {
     double absorption_db = 0.0;          ///< along the ray, if the profile has absorption
   };
 
-  /// For depths in [shallowest_m, deepest_m]. The profile must outlive this. Throws
-  /// std::invalid_argument unless the depths are finite and in order.
+  /// For points at depths in [shallowest_m, deepest_m]. The profile must outlive this object.
+  /// Throws std::invalid_argument unless both depths are finite and in order.
   DirectRays(const SoundSpeedProfile& profile, double shallowest_m, double deepest_m);
 
-  /// Moves the source to that depth, which must be above all points that are queried.
+  /// Moves the source to a depth, which must be above all points that are queried.
   void start_at(double source_depth_m);
-  /// The largest cotangent in the tables: rays beyond it come within 3 degrees of turning, or start
-  /// within 1 degree of level.
+  /// The largest cotangent in the tables. Flatter rays come within 3 degrees of the horizontal,
+  /// where they would turn, or start within 1 degree of it.
   double flattest() const { return flattest_; }
 
-  /// The ray to a point at range_m and a depth below the source. way.cotangent must hold a guess;
-  /// the nearer, the faster. Returns false for a point beyond the flattest ray in the tables.
+  /// Finds the ray to a point at range_m and a depth below the source. way.cotangent must hold a
+  /// guess; the search is faster if the guess is nearer. Returns false for a point beyond the
+  /// flattest ray in the tables.
   bool find(double range_m, double depth_m, Eigenray& way) const;
-  /// Follows a ray, not beyond the flattest, to a depth; returns its range there.
+  /// Follows a ray, which must not be flatter than flattest(), to a depth; returns its range there.
   double follow(double cotangent, double depth_m, Eigenray& way) const;
-  /// The flattest ray's range at a depth.
+  /// The range of the flattest ray at a depth.
   double farthest_m(double depth_m) const;
 
  private:
@@ -52,7 +53,8 @@ class DirectRays {
   };
 
   struct Place {
-    double range_m, range_slope_m, time_s, path_m, xi, mps, absorption_db;
+    double range_m, xi;  // xi: Snell's constant, s/m
+    Eigenray way;
   };
   std::size_t piece_of(double depth_m) const;
   Place at(double w, std::size_t k, double depth_m) const;  // w: cotangent, k: number of the piece
@@ -62,7 +64,7 @@ class DirectRays {
   double source_mps_ = 0.0;
   double flattest_ = 0.0;
   std::size_t nodes_ = 0;
-  std::size_t first_ = 0;      // the piece of the shallowest depth; pieces above have no nodes
+  std::size_t first_ = 0;      // the piece with shallowest_m; pieces above it have no nodes
   std::vector<Piece> pieces_;  // from the source down
   std::vector<Node> table_;    // [piece - first][node]
 };

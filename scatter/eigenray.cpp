@@ -13,13 +13,14 @@ namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double step_rad = 0.1 * degree;
-constexpr int max_arcs = 1000000;  // a ray with more oscillates about a duct's axis
+constexpr int max_arcs = 1000000;  // a ray with more arcs oscillates about a duct's axis
 
 struct Launch {
   double along, down;
+  bool operator==(const Launch&) const = default;
 };
 
-/// The middle of two directions, as vectors: keeps the precision of the small component.
+/// The middle of two directions; computed with vectors, which keep a small component precise.
 Launch middle(const Launch& a, const Launch& b) {
   const double along = a.along + b.along, down = a.down + b.down;
   const double length = std::hypot(along, down);
@@ -33,8 +34,7 @@ class Shooter {
 
   struct Shot {
     Launch launch;
-    double
-        below_m;  ///< depth at the range, less the target's; infinite for a ray that meets a wall
+    double below_m;  ///< depth at the target's range minus the target's depth; infinite at a wall
     double time_s;
   };
 
@@ -55,12 +55,12 @@ class Shooter {
     return {launch, std::nan(""), inf};
   }
 
-  /// The ray between two that pass the target on either side; infinitely late if there is only a
-  /// jump between them.
+  /// The ray that meets the target, between two rays that pass the target on different sides. Its
+  /// time is infinite if the depth jumps between the two, so that no ray meets the target.
   Shot between(Shot a, Shot b) const {
     for (int i = 0; i < 2000; ++i) {
       const Shot between = shoot(middle(a.launch, b.launch));
-      if (same(between.launch, a.launch) || same(between.launch, b.launch)) break;
+      if (between.launch == a.launch || between.launch == b.launch) break;
       ((between.below_m > 0.0) == (a.below_m > 0.0) ? a : b) = between;
     }
     const Shot& nearest = std::abs(a.below_m) < std::abs(b.below_m) ? a : b;
@@ -74,15 +74,11 @@ class Shooter {
   }
 
  private:
-  static bool same(const Launch& a, const Launch& b) {
-    return a.along == b.along && a.down == b.down;
-  }
-
   const SoundSpeedProfile& profile_;
   const EigenrayEnds& ends_;
 };
 
-/// Ascending in angle, including both verticals.
+/// The directions to shoot in, ascending in angle, with straight up and straight down.
 std::vector<Launch> launches(const SoundSpeedProfile& profile, const EigenrayEnds& ends) {
   constexpr double right_angle = 0.5 * std::numbers::pi;
   std::vector<double> angles_rad;
@@ -130,9 +126,9 @@ std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const Ei
   return shooter.start(first.launch);
 }
 
-// A ray ends near the point: `ahead` is how far the point lies along the ray's direction there,
-// `aside` how far below it. A turn of aside / q at the launch brings it nearer, as long as it stays
-// between rays that pass the point on either side.
+// Each round follows a ray to its end near the target. Then the target is `ahead` along the ray's
+// direction there, and `aside` below it. A turn of aside / q at the launch brings the ray nearer to
+// the target, as long as the new ray is between rays that pass the target on different sides.
 std::optional<ArrivedRay> find_near_eigenray(const SoundSpeedProfile& profile,
                                              const EigenrayEnds& ends) {
   constexpr double right_angle = 0.5 * std::numbers::pi, widest_step_rad = 0.1;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace ensonify::scatter {
 namespace {
@@ -10,16 +9,16 @@ namespace {
 using Eigenray = DirectRays::Eigenray;
 
 constexpr double tolerance_m = 1e-5;
-constexpr double nearest_m = 0.05;  // below the source, where the first row begins
-constexpr double row_ratio = 1.08;  // largest ratio of the depths below the source of a row's ends
-constexpr std::array<double, 4> at_nodes{0.0, 0.25, 0.75, 1.0};  // Chebyshev's, with the ends
-/// The power coefficients of the cubics that are 1 at one node and 0 at the others.
+constexpr double nearest_m = 0.05;  // the first row begins so far below the source
+constexpr double row_ratio = 1.08;  // largest ratio of a row's two depths below the source
+constexpr std::array<double, 4> at_nodes{0.0, 0.25, 0.75, 1.0};  // Chebyshev nodes with the ends
+/// [node][power]: the coefficients of the cubic that is 1 at this node and 0 at the other three.
 constexpr std::array<std::array<double, 4>, 4> by_powers{{{1.0, -19.0 / 3, 32.0 / 3, -16.0 / 3},
                                                           {0.0, 8.0, -56.0 / 3, 32.0 / 3},
                                                           {0.0, -8.0 / 3, 40.0 / 3, -32.0 / 3},
                                                           {0.0, 1.0, -16.0 / 3, 16.0 / 3}}};
 
-/// The cubics through values at the nodes, [row of nodes][node].
+/// The bicubic through values at 4 x 4 nodes, [node in depth][node in slope].
 std::array<double, 16> through(const std::array<double, 16>& values) {
   std::array<double, 16> cubics{};
   for (std::size_t row = 0; row < 4; ++row)
@@ -89,7 +88,8 @@ bool EigenrayGrid::find(double range_m, double depth_m, Eigenray& way) {
   return true;
 }
 
-/// Columns are at even steps of k / (k + slope_scale), k the cotangent of the straight line.
+/// The place of a point in units of columns. Columns have even steps of k / (k + slope_scale),
+/// where k is the cotangent of the straight line to the point.
 double EigenrayGrid::slope_place(double range_m, double below_m) {
   return columns * range_m / (range_m + slope_scale * below_m);
 }
@@ -113,15 +113,9 @@ std::uint32_t EigenrayGrid::made(const CellNumber& cell) {
 std::optional<EigenrayGrid::Patch> EigenrayGrid::patch_of(const CellNumber& number) {
   const std::uint32_t at = made(number);
   if (at == beyond || at == rough) return std::nullopt;
-  const Row& row = rows_[number.row];
   const Cell& cell = cells_[at];
-  return Patch{.top_m = row.top_m,
-               .per_m = row.per_m,
-               .top_mps = row.top_mps,
-               .gradient_per_s = row.gradient_per_s,
-               .column = static_cast<double>(number.column),
-               .straight_over_launch = cell.straight_over_launch.data(),
-               .time_s_per_m = cell.time_s_per_m.data()};
+  return Patch{rows_[number.row], static_cast<double>(number.column),
+               cell.straight_over_launch.data(), cell.time_s_per_m.data()};
 }
 
 void EigenrayGrid::evaluate(const Cell& cell, const Row& row, double x, double range_m,
@@ -145,7 +139,7 @@ void EigenrayGrid::evaluate(const Cell& cell, const Row& row, double x, double r
          straight_m * between(cell.db_per_m)};
 }
 
-/// The range of a cell's x at a depth below the source.
+/// The range that has this x in a cell of the column, at a depth below the source.
 double EigenrayGrid::range_at(std::size_t column, double x, double below_m) const {
   const double u = (static_cast<double>(column) + x) / static_cast<double>(columns);
   return slope_scale * below_m * u / (1.0 - u);
@@ -156,7 +150,7 @@ std::uint32_t EigenrayGrid::make(std::size_t row_number, std::size_t column) {
   std::uint32_t& place = cell_at_[row_number * columns + column];
   place = rough;
   ++rough_;
-  if (column + 1 == columns) return place;  // whose end is the level
+  if (column + 1 == columns) return place;  // the last column ends at the horizontal
   const auto depth_at = [&](double y) { return row.top_m + y / row.per_m; };
   Eigenray way;
   const auto exact = [&](double range_m, double depth_m) {
@@ -169,8 +163,8 @@ std::uint32_t EigenrayGrid::make(std::size_t row_number, std::size_t column) {
     const double depth_m = depth_at(at_nodes[node / nodes]), below_m = depth_m - source_m_;
     const double range_m = range_at(column, at_nodes[node % nodes], below_m);
     if (!exact(range_m, depth_m)) {
-      // The point is beyond the flattest known ray; if it is among the nearest, so is the whole
-      // cell.
+      // The point is beyond the flattest known ray. If the cell's nearest points are beyond it at
+      // three depths, the whole cell is.
       const bool all = node == 0 &&
                        !exact(range_at(column, 0.0, depth_at(0.5) - source_m_), depth_at(0.5)) &&
                        !exact(range_at(column, 0.0, depth_at(1.0) - source_m_), depth_at(1.0));

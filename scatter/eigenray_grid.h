@@ -11,33 +11,37 @@
 
 namespace ensonify::scatter {
 
-/// DirectRays::find by interpolation. Two quantities are smooth in depth (between the layers'
-/// edges) and in the slope of the straight line to the point: the line's cotangent over the
-/// launch's, and the travel time per metre of the line. In each cell they are bicubic, through 4 x
-/// 4 exact rays. A cell is made when a point first falls into it, and is compared with exact rays
-/// midway between those, where the error is largest. If the error exceeds a hundredth of a
-/// millimetre along or across the ray, all points of the cell use DirectRays::find.
+/// Does what DirectRays::find does, by interpolation. Two quantities are smooth functions of depth
+/// (between the edges of layers) and of the slope of the straight line from the source to the
+/// point: the cotangent of this line divided by the cotangent of the launch angle, and the travel
+/// time per metre of the line. In each cell of depth and slope, they are bicubic functions through
+/// 4 x 4 exact rays. A cell is made when a point first falls into it. It is then compared with
+/// exact rays midway between the nodes, where the error is largest. If the error exceeds a
+/// hundredth of a millimetre along or across the ray, the cell's points use DirectRays::find.
 class EigenrayGrid {
  public:
-  /// As DirectRays.
+  /// Arguments and exceptions are those of DirectRays.
   EigenrayGrid(const SoundSpeedProfile& profile, double shallowest_m, double deepest_m);
 
-  /// Moves the source to that depth. Does nothing if it is there already.
+  /// Moves the source to a depth. Does nothing if it is at this depth already.
   void start_at(double source_depth_m);
   const DirectRays& rays() const { return rays_; }
 
-  /// The ray to a point at range_m and a depth, which must be below the source. Returns false if no
-  /// known ray reaches it.
+  /// Finds the ray to a point at range_m and a depth, which must be below the source. Returns false
+  /// if no known ray reaches the point.
   bool find(double range_m, double depth_m, DirectRays::Eigenray& way);
 
   /// Bicubic coefficients in x (slope) and y (depth), 0 to 1 over a cell: [power of y][power of x].
   using Cubics = std::array<double, 16>;
-  /// What the rays to the points of a cell are computed from, for kernels that do it for many.
-  struct Patch {
-    double top_m, per_m, top_mps, gradient_per_s;  ///< of its depths: y = (depth - top_m) * per_m
+  /// A row of cells, within one layer: y = (depth - top_m) * per_m.
+  struct Row {
+    double top_m, per_m, top_mps, gradient_per_s;
+  };
+  /// The data from which the rays to a cell's points are computed, for kernels that compute many.
+  struct Patch : Row {
     double column;  ///< x = columns range / (range + slope_scale below) - column
-    const double* straight_over_launch;  ///< Cubics: cotangents
-    const double* time_s_per_m;          ///< Cubics: of the straight line
+    const double* straight_over_launch;  ///< Cubics: line's cotangent / launch's cotangent
+    const double* time_s_per_m;          ///< Cubics: time per metre of the straight line
   };
   static constexpr std::size_t columns = 96;
   static constexpr double slope_scale = 8.0;
@@ -46,12 +50,13 @@ class EigenrayGrid {
     std::size_t row, column;
     bool operator==(const CellNumber&) const = default;
   };
-  /// None where find() does not interpolate.
+  /// None for a point for which find() does not interpolate.
   std::optional<CellNumber> cell_of(double range_m, double depth_m);
-  /// None where it does not, or no known ray reaches the cell. Valid until start_at() or find().
+  /// None for a cell in which find() does not interpolate, or that no known ray reaches. Valid
+  /// until start_at() or find() is called.
   std::optional<Patch> patch_of(const CellNumber& number);
 
-  /// The number of cells made since the source moved, and of those that were not smooth enough.
+  /// The number of cells made since the source moved, and how many of them were not smooth enough.
   /// Cells that no known ray reaches are not counted.
   std::size_t cells() const { return cells_.size() + rough_; }
   std::size_t rough_cells() const { return rough_; }
@@ -60,13 +65,10 @@ class EigenrayGrid {
   static constexpr std::size_t nodes = 4;
   static constexpr std::uint32_t unmade = 0xffffffff, rough = 0xfffffffe, beyond = 0xfffffffd;
 
-  struct Row {  // a row of cells, within one layer
-    double top_m, per_m, top_mps, gradient_per_s;
-  };
   struct Cell {
-    Cubics straight_over_launch;  // cotangents
-    Cubics time_s_per_m;          // of the straight line
-    // Per length of the straight line, at the corners: the ray's length, and its absorption.
+    Cubics straight_over_launch;  // the line's cotangent / the launch's cotangent
+    Cubics time_s_per_m;          // time per metre of the straight line
+    // At the corners: the ray's length and absorption, divided by the straight line's length.
     std::array<double, 4> lengths, db_per_m;
   };
   void lay_rows();

@@ -16,8 +16,8 @@ using std::numbers::pi;
 
 constexpr double lowest_rad = 5.0 * degree, end_of_diffuse_rad = 60.0 * degree;
 
-/// The part of the energy that returns at vertical incidence, by Simpson's rule. The angle from
-/// vertical is pi/2 u^3, which has fine steps in a lobe.
+/// The part of the arriving energy that returns if sound arrives vertically, by Simpson's rule. The
+/// angle from vertical is pi/2 u^3 with even steps of u, so steps are fine in a lobe near vertical.
 double returned_at_vertical(const Backscatter& material) {
   constexpr int panels = 1000;
   const double lambert_mu =

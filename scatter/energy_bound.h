@@ -10,7 +10,7 @@ namespace ensonify::scatter {
 /// sin^2(grazing) / pi: the most that an opaque surface can scatter back diffusely.
 double diffuse_bound(double grazing_rad);
 
-/// Where a material exceeds what an opaque surface can return, and by how much.
+/// The grazing angle at which a material returns more than an opaque surface can, and by how much.
 struct EnergyExcess {
   double grazing_rad = 0.0;
   double excess_db = 0.0;
@@ -20,23 +20,24 @@ struct EnergyExcess {
   std::string text() const;
 };
 
-/// The largest excess from 5 to 90 degrees; nullopt if the material returns no more than arrives.
-/// (Below 5 degrees no model states an accuracy.)
+/// The largest excess from 5 to 90 degrees; nullopt if the material returns no more energy than
+/// arrives. Angles below 5 degrees are left out, because no model states an accuracy there.
 ///
-/// 1 m^2 at the grazing angle i receives sin(i) and scatters the bistatic cross-section sigma(i, s)
-/// into each direction s, so it returns the part E(i) = integral of sigma(i, s) dOmega(s) / sin(i)
-/// over the hemisphere, at most 1. Only sigma(i) = sigma(i, i) is known, so these assumptions are
-/// made:
+/// A surface of 1 m^2 receives sin(i) of the sound that arrives at the grazing angle i. It scatters
+/// the bistatic cross-section sigma(i, s) into each direction s. So it returns the part E(i) =
+/// integral of sigma(i, s) dOmega(s) / sin(i) over the hemisphere, and this part is at most 1. Only
+/// the backscatter sigma(i) = sigma(i, i) is known, so two assumptions are made:
 ///
-/// - Diffuse scattering is reciprocal and separable, and the same in all azimuths:
-///   sigma(i, s) = sqrt(sigma(i) sigma(s)). Then E(i) = sqrt(sigma(i)) / sin(i) * integral of
-///   sqrt(sigma) dOmega, which is pi mu for Lambert's law. E is at most 1 everywhere if sigma is
-///   nowhere above sin^2 / pi, and this is demanded at each angle up to 60 degrees: one may not
-///   return more because others return less, as a reflector towards the sonar does.
-/// - Above 60 degrees, what stands above Lambert's law through the strength at 60 degrees is a lobe
-///   of facets, which reflect. At vertical incidence they return 4 times the integral of sigma
-///   cos(t) dOmega over the lobe, t being the angle from vertical: exactly so for Hagfors's facets
-///   (solid_target.h), whatever their slopes. This and the diffuse part together are at most 1.
+/// - Diffuse scattering is reciprocal and separable, and the same in all azimuths: sigma(i, s) =
+///   sqrt(sigma(i) sigma(s)). Then E(i) = sqrt(sigma(i)) / sin(i) * integral of sqrt(sigma) dOmega,
+///   which is pi mu for Lambert's law. If sigma is nowhere above sin^2 / pi, then E is at most 1
+///   everywhere. This limit is applied at each angle up to 60 degrees: no angle may return more
+///   because others return less, as with a reflector that is turned towards the sonar.
+/// - Above 60 degrees, the part of sigma that exceeds Lambert's law through the strength at 60
+///   degrees is a lobe of facets, which reflect. At vertical incidence the facets return 4 times
+///   the integral of sigma cos(t) dOmega over the lobe, where t is the angle from vertical. This is
+///   exact for Hagfors's facets (solid_target.h), whatever their slopes are. The energies of lobe
+///   and diffuse part together are at most 1.
 std::optional<EnergyExcess> energy_excess(const Backscatter& material);
 
 }  // namespace ensonify::scatter

@@ -12,7 +12,8 @@ namespace ensonify::scatter {
 double forward_lobe(const Sediment& sediment, double k_per_cm, double grazing_in_rad,
                     double grazing_out_rad, double turned_rad) {
   constexpr double vertical_rad = 0.5 * std::numbers::pi;
-  // Components of q / 2 k. The sines of half angles keep small differences exact.
+  // Components of q / 2 k. They are computed with sines of half angles, because small differences
+  // of angles then stay exact.
   const double sum_rad = 0.5 * (grazing_in_rad + grazing_out_rad);
   const double difference_rad = 0.5 * (grazing_in_rad - grazing_out_rad);
   const double vertical = std::sin(sum_rad) * std::cos(difference_rad);

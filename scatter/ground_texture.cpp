@@ -40,9 +40,9 @@ double GroundTexture::glint_shape() const {
   return glints_per_m2 * patch_m * patch_m / points_per_shape;
 }
 
-// By sound speed, which each sediment has, whether named or not. The speed in silt (4.5 phi) is
-// that of the water within 2 %, in sandy gravel (-1 phi) 1.34 times, in rock 2.5 times as high.
-// How values were chosen: bench/realism.
+// The texture follows from the sound speed, because each sediment has one, with or without a name.
+// In silt (4.5 phi) sound is as fast as in the water, within 2 %; in sandy gravel (-1 phi) 1.34
+// times as fast, in rock 2.5 times. How the values were chosen: bench/realism.
 GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
     return {.shape = 1.2, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 1.4};
@@ -53,8 +53,9 @@ GroundTexture ground_texture_of(const Sediment& sediment) {
   return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 3.0};  // rock
 }
 
-// From large values x downwards, over even steps of ln x: the share of larger values, and what they
-// add to the mean. Then each column takes its part of both.
+// Goes from large values x downwards, in even steps of ln x, and sums the share of larger values
+// and their contribution to the mean. Then the mean of each column follows from the differences of
+// both sums at the column's ends.
 GammaTable::GammaTable() : values_(static_cast<std::size_t>(rows) * columns, 1.0f) {
   constexpr int steps = 4200;
   constexpr double highest_ln = 11.0, step = 0.005;

@@ -6,15 +6,16 @@
 
 namespace ensonify::scatter {
 
-/// Whether two names are the same, where - and _ are alike.
+/// Whether two names are equal when - counts as _.
 bool same_name(std::string_view a, std::string_view b);
 
-/// Throws std::invalid_argument: there is no `what` of this name, only those of these names.
+/// Throws std::invalid_argument: no `what` has this name; the message lists `names`.
 [[noreturn]] void throw_unknown_kind(std::string_view what, std::string_view name,
                                      std::span<const std::string_view> names);
 
-/// The kind of this name in a table whose rows have a member `name`; - and _ are alike. `what` is
-/// what the rows are, for the message. Throws std::invalid_argument, listing the names.
+/// Returns the row with this name of a table whose rows have a member `name`; - and _ count as
+/// equal. `what` is the word for a row in the message. If there is no such row, throws
+/// std::invalid_argument with a list of all names.
 template <class Kinds>
 const auto& kind_named(const Kinds& kinds, std::string_view what, std::string_view name) {
   for (const auto& kind : kinds)

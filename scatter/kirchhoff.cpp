@@ -18,7 +18,7 @@ KirchhoffShape kirchhoff_shape(const Sediment& sediment, double k_per_cm) {
   shape.Ch2 = 2.0 * pi * sediment.strength_cm4 * std::tgamma(2.0 - a) * std::pow(2.0, -2.0 * a) /
               (a * (1.0 - a) * std::tgamma(1.0 + a));
   shape.qc = shape.Ch2 * std::pow(2.0, 1.0 - 2.0 * a) * std::pow(k_per_cm, 2.0 * (1.0 - a));
-  // In logarithms, because Gamma(1/alpha) overflows for exponents near 2.
+  // Computed with logarithms, because Gamma(1/alpha) overflows for exponents near 2.
   const double ln_A = 2.0 * a *
                       (std::log(8.0 * a * a) + log_gamma(0.5 / a + 0.5) - log_gamma(0.5) -
                        log_gamma(1.0 / a) - log_gamma(0.5 / a));
@@ -33,7 +33,7 @@ double kirchhoff(const Sediment& sediment, double k_per_cm, double grazing_rad) 
   const auto [Ch2, qc, A, B] = kirchhoff_shape(sediment, k_per_cm);
   const double R2 = std::norm(reflection_coefficient(sediment, pi / 2.0));
   const double sine = std::sin(grazing_rad);
-  const double cosine = std::sin(pi / 2.0 - grazing_rad);  // 0 at vertical, where cos() is not
+  const double cosine = std::sin(pi / 2.0 - grazing_rad);  // exactly 0 at vertical; cos() is not
   const double bracket = std::pow(cosine, 4.0 * a) + A * qc * qc * std::pow(sine, 4.0);
   constexpr double strongest = 1e100;  // exponents near 2 may give infinity at vertical
   return std::min(B * qc * R2 / (8.0 * pi * std::pow(bracket, (1.0 + a) / (2.0 * a))), strongest);

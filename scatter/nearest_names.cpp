@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <numeric>
-#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,7 +14,7 @@ constexpr std::size_t max_parts = 12;
 constexpr std::size_t longest_word = 100;
 constexpr std::size_t shortest_part = 3;  // "m" is part of too many names
 
-/// Lower case, with a space for every separator of words.
+/// Changes a name to lower case, with a space in place of each hyphen and underscore.
 std::string normalised(std::string_view text) {
   std::string out(text);
   for (char& c : out)
@@ -32,7 +31,7 @@ bool contains_words(std::string_view name, std::string_view words) {
   return false;
 }
 
-/// Whether the word has some of the name's letters, in order, and begins as it does.
+/// Whether the word is made of letters of the name in their order, and begins like the name.
 bool abbreviates(std::string_view word, std::string_view name) {
   if (word.empty() || name.empty() || word.front() != name.front()) return false;
   for (const char letter : name)

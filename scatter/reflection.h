@@ -6,11 +6,11 @@
 
 namespace ensonify::scatter {
 
-/// kappa, the sediment's wavenumber over the water's: TR 9407 eq. 31.
+/// kappa, the wavenumber in the sediment divided by the wavenumber in the water: TR 9407 eq. 31.
 std::complex<double> wavenumber_ratio(const Sediment& sediment);
 
-/// P, the vertical wavenumber in the sediment over the water's wavenumber: TR 9407 eq. 32, the
-/// principal root, whose imaginary part is not negative.
+/// P, the vertical wavenumber in the sediment divided by the wavenumber in the water: TR 9407 eq.
+/// 32. It is the principal root, so its imaginary part is not negative.
 std::complex<double> vertical_wavenumber_ratio(const Sediment& sediment, double grazing_rad);
 
 /// Rayleigh's pressure reflection coefficient of a lossy fluid: TR 9407 eqs 30-33.

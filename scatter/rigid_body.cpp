@@ -1,7 +1,6 @@
 #include <ensonify/scatter/rigid_body.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -12,16 +11,17 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double large_ka = 20.0;  // from which on a body has the cross-section of short waves
-constexpr double small_ka = 0.01;  // below which the first terms are exact to rounding
+constexpr double large_ka = 20.0;  // from here on a body has the cross-section for short waves
+constexpr double small_ka = 0.01;  // below this the limit for small ka is exact to rounding
 
 constexpr unsigned most_modes = static_cast<unsigned>(large_ka) + 14;
-/// As many as count.
+/// The number of modes that contribute to the sum.
 unsigned modes(double ka) { return static_cast<unsigned>(ka) + 14; }
 
-/// Derivatives of Bessel functions of the orders 0 to n - 1. From two orders the others follow by
-/// f of n - 1 = (2 n + odd) / x f of n - f of n + 1, which is stable downwards for j, upwards for
-/// y.
+/// Derivatives at x of Bessel functions, for the orders 0 to n - 1. The functions of two orders are
+/// computed directly, and the others follow by the recurrence f_(m-1) = (2 m + odd) / x f_m -
+/// f_(m+1). It is stable downwards for j, upwards for y. odd: 1 for spherical, 0 for cylindrical
+/// functions.
 struct Slopes {
   std::array<double, most_modes + 2> of_j{}, of_y{};
   Slopes(double x, unsigned n, double odd, double (*j)(unsigned, double),
@@ -41,15 +41,15 @@ struct Slopes {
 double limit_of_sphere(double ka) { return 25.0 / 9.0 * std::pow(ka, 4); }
 double limit_of_cylinder(double ka) { return 9.0 * pi / 4.0 * std::pow(ka, 3); }
 
-constexpr double steps_per_ka = 32.0;  // of tables
+constexpr double steps_per_ka = 32.0;  // in the tables
 double slowly(double limit) { return limit / (1.0 + limit); }
 
-/// 3 j_1(u) / u.
+/// 3 j_1(u) / u, also for u near 0.
 double form_factor(double u) {
   return u < 0.01 ? 1.0 - 0.1 * u * u : 3.0 * std::sph_bessel(1, u) / u;
 }
 
-/// Carlson's integral, by duplication.
+/// Carlson's integral R_D(x, y, z), by his duplication theorem.
 double carlson_d(double x, double y, double z) {
   constexpr int turns = 16;
   double sum = 0.0, share = 1.0;
@@ -90,17 +90,15 @@ double rigid_cylinder_gain(double ka) {
   return 4.0 / (pi * ka) * std::norm(sum);
 }
 
-RigidGains::RigidGains()
-    : sphere_{.limit = limit_of_sphere, .at_steps = {}},
-      cylinder_{.limit = limit_of_cylinder, .at_steps = {}} {
-  const auto fill = [](Table& table, double (*gain)(double)) {
-    table.at_steps.push_back(1.0);
+RigidGains::RigidGains() {
+  const auto fill = [](Table& table, double (*limit)(double), double (*gain)(double)) {
+    table = {limit, {1.0}};
     for (double ka = 1.0 / steps_per_ka; ka < large_ka; ka += 1.0 / steps_per_ka)
-      table.at_steps.push_back(gain(ka) / slowly(table.limit(ka)));
+      table.at_steps.push_back(gain(ka) / slowly(limit(ka)));
     table.at_steps.push_back(1.0);
   };
-  fill(sphere_, rigid_sphere_gain);
-  fill(cylinder_, rigid_cylinder_gain);
+  fill(sphere_, limit_of_sphere, rigid_sphere_gain);
+  fill(cylinder_, limit_of_cylinder, rigid_cylinder_gain);
 }
 
 double RigidGains::at(const Table& table, double ka) {

@@ -57,12 +57,13 @@ double polynomial(std::initializer_list<double> ascending, double x) {
   return sum;
 }
 
-/// UNESCO 44's formula without latitude: the standard ocean's geopotential.
+/// The geopotential of the standard ocean at a pressure in dbar: the part of UNESCO 44's formula
+/// that does not depend on latitude.
 double geopotential(double p) {
   return polynomial({0.0, 9.72659, -2.2512e-5, 2.279e-10, -1.82e-15}, p);
 }
 
-/// The standard ocean's mean gravity between the surface and a pressure, in m/s^2.
+/// The mean gravity, in m/s^2, between the surface and a pressure in dbar of the standard ocean.
 double mean_gravity(double p, double latitude_rad) {
   const double x = std::pow(std::sin(latitude_rad), 2);
   return 9.780318 * (1.0 + 5.2788e-3 * x + 2.36e-5 * x * x) + 1.092e-6 * p;
@@ -177,7 +178,7 @@ double depth_of_pressure_m(double pressure_dbar, double latitude_rad) {
 double pressure_at_depth_dbar(double depth_m, double latitude_rad) {
   check("depth", depth_m, depths_m, " m");
   check_latitude(latitude_rad);
-  // A decibar is nearly a metre: each step reduces the error to at most a twentieth.
+  // A decibar is nearly a metre of depth, so each step reduces the error to at most a twentieth.
   double p = depth_m;
   for (int step = 0; step < 16; ++step)
     p += depth_m - geopotential(p) / mean_gravity(p, latitude_rad);

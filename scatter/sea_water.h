@@ -4,13 +4,13 @@
 
 namespace ensonify::scatter {
 
-/// A usual sound speed, where none is known.
+/// A typical sound speed, for use where none is known.
 inline constexpr double nominal_sound_speed_mps = 1500.0;
 
-/// What the sea's sound speed and absorption depend on, in addition to depth and frequency. Every
-/// function below throws std::invalid_argument for values that no sea has: temperatures outside
-/// -4..50 degrees Celsius (ITS-90), salinities outside 0..50 psu, pH outside 6..9, depths outside
-/// 0..12000 m.
+/// The properties of sea water that sound speed and absorption depend on, in addition to depth and
+/// frequency. Every function below throws std::invalid_argument for values that no sea has:
+/// temperatures outside -4..50 degrees Celsius (ITS-90), salinities outside 0..50 psu, pH outside
+/// 6..9, depths outside 0..12000 m.
 struct SeaWater {
   double temperature_c = 10.0;
   double salinity_psu = 35.0;
@@ -24,10 +24,10 @@ struct Interval {
   bool holds(double value) const { return value >= low && value <= high; }
 };
 
-/// The range of water that a formula was fitted to. Beyond it the formula is an extrapolation.
+/// The range of water that a formula was fitted to. Outside it the formula is an extrapolation.
 struct FittedWater {
   Interval temperature_c, salinity_psu, depth_m;
-  Interval ph, frequency_hz;  ///< absorption only
+  Interval ph, frequency_hz;  ///< only for formulas of absorption
 };
 
 inline constexpr FittedWater mackenzie_fit = {{-2, 30}, {25, 40}, {0, 8000}, {}, {}};
@@ -42,12 +42,12 @@ inline constexpr FittedWater ainslie_mccolm_fit = {
 /// Sound speed after Mackenzie, JASA 70, 807 (1981), eq. 1.
 double sound_speed_mps(const SeaWater& water, double depth_m);
 
-/// The temperature of water with that sound speed, by the same formula; the nearest within
-/// mackenzie_fit if none has that speed.
+/// The temperature of water with this sound speed, by the formula of sound_speed_mps(). If no
+/// temperature of mackenzie_fit has this speed, the nearer end of that range.
 double temperature_of_sound_speed_c(double sound_speed_mps, double salinity_psu, double depth_m);
 
 /// Sound speed after Chen and Millero, JASA 62, 1129 (1977), as in UNESCO technical papers in
-/// marine science 44 (1983), eqs. 33 to 37. The pressure is relative to the atmosphere's, 0..12500
+/// marine science 44 (1983), eqs. 33 to 37. The pressure is in excess of the atmosphere's, 0..12500
 /// dbar.
 double chen_millero_sound_speed_mps(const SeaWater& water, double pressure_dbar);
 
@@ -59,18 +59,18 @@ double leroy_sound_speed_mps(const SeaWater& water, double depth_m, double latit
 /// magnesium sulphate and pure water. Also throws for a frequency that is not above zero.
 double absorption_db_per_m(const SeaWater& water, double depth_m, double frequency_hz);
 
-/// The same after Ainslie and McColm, JASA 103, 1671 (1998), eqs. 1 to 3: simpler, within 10 % of
-/// Francois and Garrison.
+/// Absorption of a plane wave after Ainslie and McColm, JASA 103, 1671 (1998), eqs. 1 to 3. The
+/// formulas are simpler, and are within 10 % of Francois and Garrison.
 double ainslie_mccolm_absorption_db_per_m(const SeaWater& water, double depth_m,
                                           double frequency_hz);
 
-/// The depth of a pressure, relative to the atmosphere's, in the standard ocean (35 psu, 0 degrees
-/// Celsius), Saunders and Fofonoff, Deep-Sea Res. 23, 109 (1976), refitted in UNESCO 44, eq. 25;
-/// gravity varies with the latitude. Throws std::invalid_argument outside 0..12500 dbar and
-/// -pi/2..pi/2.
+/// The depth at which the standard ocean (35 psu, 0 degrees Celsius) has a pressure; the pressure
+/// is the one in excess of the atmosphere's. Saunders and Fofonoff, Deep-Sea Res. 23, 109 (1976),
+/// refitted in UNESCO 44, eq. 25. Gravity depends on the latitude. Throws std::invalid_argument for
+/// pressures outside 0..12500 dbar and latitudes outside -pi/2..pi/2.
 double depth_of_pressure_m(double pressure_dbar, double latitude_rad);
 
-/// The pressure at a depth: solves that formula, to rounding.
+/// The pressure at a depth: the solution of the formula of depth_of_pressure_m(), up to rounding.
 double pressure_at_depth_dbar(double depth_m, double latitude_rad);
 
 }  // namespace ensonify::scatter

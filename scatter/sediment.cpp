@@ -48,7 +48,7 @@ struct Stone {
   double sound_speed_ratio, strength_cm4;
   std::optional<double> strength_at_20_deg_db = {};  // measured
 };
-// Cobble's strength is the one that reproduces table 3; table 2's is hard to read in the scan.
+// The strength of cobble reproduces table 3; its number in table 2 is hard to read in the scan.
 constexpr std::array<Stone, 7> stones = {{{"rough rock", 2.5, 0.20693, -25.0},
                                           {"rock", 2.5, 0.01862, -29.5},
                                           {"handbook rough rock", 2.5, 0.20693},
@@ -57,7 +57,7 @@ constexpr std::array<Stone, 7> stones = {{{"rough rock", 2.5, 0.20693, -25.0},
                                           {"gravel", 1.8, 0.0160},
                                           {"pebble", 1.8, 0.0160}}};
 
-/// 10 log10 mu of Lambert's law with this strength at 20 degrees.
+/// 10 log10 mu of the Lambert's law that has this strength at 20 degrees.
 double lambert_mu_db(double strength_at_20_deg_db) {
   return strength_at_20_deg_db - amplitude_to_db(std::sin(20.0 * degree));
 }
@@ -84,18 +84,18 @@ double attenuation_db_per_m_khz(double M) {
 }
 
 double loss(double M) {
-  constexpr double c1 = 1.528;  // m/ms: the handbook's water, independent of the scene's
+  constexpr double c1 = 1.528;  // m/ms, in the handbook's water, whatever the scene's water is
   return attenuation_db_per_m_khz(M) * sound_speed_ratio(M) * c1 * std::numbers::ln10 /
          (40.0 * std::numbers::pi);
 }
 
-// Eqs 9-10: from the rms relief over a track of 100 cm.
+// Eqs 9-10. h_cm is the rms height of the relief over a track of 100 cm.
 double strength_cm4(double M) {
   const double h_cm = M < 5.0 ? (2.03846 - 0.26923 * M) / (1.0 + 0.076923 * M) : 0.5;
   return 0.00207 * h_cm * h_cm;
 }
 
-/// Lower case, one space for every separator of words, without a remark in brackets.
+/// Changes a name to lower case, with one space between words, and removes a remark in brackets.
 std::string plain_name(std::string_view name) {
   std::string out;
   bool gap = false;

@@ -15,8 +15,8 @@ using std::numbers::pi;
 
 constexpr Complex i{0.0, 1.0};
 
-/// K0(w), arg w within 68 degrees of 0: the trapezoidal rule over exp(-w cosh t), which converges
-/// geometrically.
+/// The modified Bessel function K0(w), for arg w within 68 degrees of 0. It is the integral of
+/// exp(-w cosh t) over t, by the trapezoidal rule, which converges geometrically.
 Complex bessel_k0(Complex w) {
   if (std::abs(w) < 1e-6) return -std::log(0.5 * w) - std::numbers::egamma;
   constexpr double step = 1.0 / 16.0;
@@ -28,24 +28,24 @@ Complex bessel_k0(Complex w) {
   }
 }
 
-/// H0 of the first kind, Abramowitz and Stegun 9.6.4.
+/// The Hankel function H0 of the first kind: Abramowitz and Stegun 9.6.4.
 Complex hankel0(Complex u) { return 2.0 / (pi * i) * bessel_k0(-i * u); }
 
-/// exp(z) - 1 precise for small z.
+/// exp(z) - 1, precise for small z.
 Complex exp_minus_1(Complex z) {
   const double half_sine = std::sin(0.5 * z.imag());
   return {std::expm1(z.real()) * std::cos(z.imag()) - 2.0 * half_sine * half_sine,
           std::exp(z.real()) * std::sin(z.imag())};
 }
 
-constexpr double ln_step = 1.0 / 14.0;  // of ln x
-constexpr double first_ln_x = -60.0;    // smaller x matter only where the result is negligible
+constexpr double ln_step = 1.0 / 14.0;  // between nodes, in ln x
+constexpr double first_ln_x = -60.0;    // smaller x count only where the result is negligible
 
 }  // namespace
 
-// The exponent p u^(2 alpha) turns by 2 alpha psi = 45 degrees, halfway to where it stops decaying.
-// The integrand stays analytic for directions as far on either side; the step's precision relies on
-// that.
+// On the turned path, the exponent p u^(2 alpha) is turned by 2 alpha psi = 45 degrees, halfway to
+// the angle at which the exponential no longer decays. The integrand is analytic within the same
+// angle on both sides of the path; the step's precision depends on this.
 ReliefIntegral::ReliefIntegral(double alpha) : alpha_(alpha) {
   const double psi = std::min(pi / 2.0, pi / (8.0 * alpha));
   turn_ = std::exp(2.0 * alpha * psi * i);
@@ -58,9 +58,10 @@ ReliefIntegral::ReliefIntegral(double alpha) : alpha_(alpha) {
 }
 
 double ReliefIntegral::operator()(double p) const {
-  // The integral of J0(u) u alone is zero (Abel): subtracted where it would dominate the rest.
+  // The integral of J0(u) u alone is 0 (Abel). It is subtracted where it would be the larger part.
   const bool small = p < 1.0;
-  // x^(2 alpha) p: below e^-40 squared the term is negligible; beyond 60 the exponential is.
+  // Terms whose ln x is more than 20 below ln_scale are negligible. Terms whose exponent p x^(2
+  // alpha) exceeds 60 are negligible, because of the exponential.
   const double ln_scale = small ? 0.0 : -0.5 * std::log(p) / alpha_;
   const double from = (ln_scale - 20.0 - first_ln_x) / ln_step;
   Complex sum = 0.0;

@@ -11,11 +11,8 @@
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::scatter {
-namespace {
 
 using std::numbers::pi;
-
-}  // namespace
 
 std::vector<NamedSolid> named_solids() {
   return {{"steel", {-30.0, 0.50, 0.0}},

@@ -11,11 +11,11 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double min_spreading = 0.01;  // of the path squared
-// An arc that leaves a layer's edge and is back on it after less than this strays from it by
-// nanometres, even where the speed grows by 50 m/s in a metre.
+// If an arc starts at a layer's edge and returns to it after a shorter path than this, its distance
+// from the edge stays within nanometres, even where the speed grows by 50 m/s in a metre.
 constexpr double level_arc_m = 1e-3;
 
-// asin(x) / x and asinh(x) / x; below series_end the next term of the series is below rounding.
+// asin(x) / x and asinh(x) / x. Below series_end, the series' next term is smaller than rounding.
 constexpr double series_end = 0.01;
 double series(double x2) {
   return 1.0 + x2 / 6.0 * (1.0 + x2 * 9.0 / 20.0 * (1.0 + x2 * 25.0 / 42.0));
@@ -58,7 +58,7 @@ void SoundRay::enter(std::size_t layer) {
 }
 
 // A level ray at an edge bends into the layer in which the speed decreases away from the edge. If
-// there is none, at a duct's axis or along a wall, it runs straight on.
+// there is no such layer, at a duct's axis or along surface or bottom, the ray runs straight on.
 void SoundRay::settle_level() {
   const auto& layers = profile_->layers();
   const double z = point_.depth_m;
@@ -75,7 +75,7 @@ void SoundRay::settle_level() {
   }
 }
 
-/// The length of the arc over a chord: half its angle has the sine chord * curvature / 2.
+/// The length of the arc over a chord. The sine of half the arc's angle is chord * curvature / 2.
 double SoundRay::arc_m(double chord_m) const {
   return chord_m * asin_over(std::min(0.5 * chord_m * std::abs(curvature_per_m()), 1.0));
 }
@@ -141,13 +141,13 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   const double from_mps = point_.sound_speed_mps, to_mps = from_mps + gradient_per_s_ * dz;
   const double middle_mps = std::sqrt(from_mps * to_mps);
   const double x = 0.5 * std::abs(gradient_per_s_ * chord_m) / middle_mps;
-  // The integral of c: range / snell; for steep rays, which never turn, where that is nearly 0 / 0,
-  // this.
+  // The integral of c along the arc is range / snell. For steep rays this is nearly 0 / 0. They do
+  // not turn within an arc, so another form of the integral is used.
   const double swept = point_.along > 0.5 ? range_m / snell_s_per_m_
                        : dz == 0.0        ? 0.0
                                           : dz * (from_mps + to_mps) / (point_.down + down);
-  // The arc's mean depth is the mean of its ends plus what it bows between them, here to the fourth
-  // order of its angle.
+  // The mean depth of the arc is the mean of its ends' depths plus the mean distance of the arc
+  // from its chord. This distance is computed to the fourth order of the arc's angle.
   const double half = 0.5 * curvature_per_m() * path_m;
   const double bow_m = half * path_m / 12.0 * (point_.along + along) * (1.0 + 0.4 * half * half);
   const double mean_m = point_.depth_m + 0.5 * dz + bow_m;
@@ -163,9 +163,10 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   spread_m_ += spread_rate_s_per_m_ * swept;
 }
 
-// Two neighbouring rays cross an edge at different ranges. Between those, one is bent by the
-// gradient before the edge, the other by the gradient after it: p gains q snell^2 (g_before -
-// g_behind) / sin. At a reflection the water behind is the mirror image's, with gradient -g.
+// Two neighbouring rays cross an edge at different ranges. Between these two ranges, one ray is
+// bent by the gradient before the edge and the other by the gradient behind it. So p grows by q
+// snell^2 (g_before - g_behind) / sin. At a reflection, the water behind the edge is the mirror
+// image of the water before it, so its gradient is -g.
 void SoundRay::cross() {
   const double before_per_s = gradient_per_s_, sine = point_.down;
   if (sine == 0.0) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -15,8 +14,8 @@ namespace {
 constexpr double deepest_sample_m = 12000.0;  // below the deepest trench
 constexpr double slowest_mps = 1000.0;
 constexpr double fastest_mps = 2000.0;
-constexpr double one_depth_m = 1e-3;       // casts do not resolve less
-constexpr double contradiction_mps = 2.0;  // more than errors of a probe
+constexpr double one_depth_m = 1e-3;       // closer samples have one depth; casts resolve no less
+constexpr double contradiction_mps = 2.0;  // more than the errors of a probe
 
 double speed_in(const SoundSpeedLayer& layer, double depth_m) {
   if (layer.gradient_per_s == 0.0) return layer.top_mps;
@@ -24,7 +23,7 @@ double speed_in(const SoundSpeedLayer& layer, double depth_m) {
                    (depth_m - layer.top_m) / (layer.bottom_m - layer.top_m));
 }
 
-/// Travel time straight down between two depths of one layer: the integral of dz / c(z).
+/// Travel time straight down between two depths in one layer: the integral of dz / c(z).
 double time_s(const SoundSpeedLayer& layer, double from_m, double to_m) {
   const double speed = speed_in(layer, from_m);
   const double change = layer.gradient_per_s * (to_m - from_m) / speed;
@@ -33,8 +32,8 @@ double time_s(const SoundSpeedLayer& layer, double from_m, double to_m) {
 
 using AbsorptionLaw = std::function<double(double depth_m, double sound_speed_mps)>;
 
-/// Between two samples the sound speed is linear. Adds samples there until the absorption is nearly
-/// linear, too: a cast may have few rows.
+/// Between two samples the sound speed is linear in depth, but the absorption need not be, and a
+/// cast may have few rows. Adds samples between a and b until the absorption is nearly linear, too.
 void add_between(const SoundSpeedSample& a, const SoundSpeedSample& b,
                  const AbsorptionLaw& db_per_m, std::vector<SoundSpeedSample>& samples) {
   constexpr double bend = 1e-3, thinnest_m = 0.1;
@@ -67,7 +66,8 @@ SoundSpeedProfile::SoundSpeedProfile(std::vector<SoundSpeedSample> samples) {
   for (const SoundSpeedSample& sample : samples) check_sound_speed_sample(sample);
   sorted_ = std::ranges::is_sorted(samples, {}, &SoundSpeedSample::depth_m) ||
             std::ranges::is_sorted(samples, std::greater(), &SoundSpeedSample::depth_m);
-  // Sorted by speed too, so that the order of the samples does not change the means' bits.
+  // Samples at one depth are sorted by speed, so that the order of the given samples does not
+  // change the last bits of the means.
   std::ranges::sort(samples, [](const SoundSpeedSample& a, const SoundSpeedSample& b) {
     return a.depth_m != b.depth_m ? a.depth_m < b.depth_m : a.sound_speed_mps < b.sound_speed_mps;
   });
@@ -127,7 +127,7 @@ SoundSpeedProfile SoundSpeedProfile::with_absorption(
   return profile;
 }
 
-/// Absorption in dB, straight down from the first sample.
+/// Absorption in dB on the path straight down from the first sample to a depth.
 double SoundSpeedProfile::absorbed_db(double depth_m) const {
   const std::size_t i = layer_index(depth_m);
   const double top_m = i == 0 ? shallowest_m() : layers_[i].top_m;

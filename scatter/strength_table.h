@@ -7,18 +7,18 @@
 
 namespace ensonify::scatter {
 
-/// Backscatter strengths over the grazing angle at one frequency.
+/// Backscatter strengths as a function of the grazing angle, at one frequency.
 struct StrengthCurve {
   double frequency_hz = 0.0;
   std::vector<double> grazing_rad;  ///< from 0 to pi/2, increasing, two or more
   std::vector<double> strength_db;  ///< one for each angle
 };
 
-/// Measured backscatter strengths, by increasing frequency, at least one curve. A single curve is
-/// used at all frequencies.
+/// Measured backscatter strengths: curves by increasing frequency. A single curve is for all
+/// frequencies.
 class StrengthTable {
  public:
-  /// Throws std::invalid_argument unless all is as above and finite.
+  /// Throws std::invalid_argument if a rule above is broken, and if a strength is not finite.
   explicit StrengthTable(std::vector<StrengthCurve> curves);
   const std::vector<StrengthCurve>& curves() const { return curves_; }
 
@@ -26,10 +26,11 @@ class StrengthTable {
   std::vector<StrengthCurve> curves_;
 };
 
-/// The strength of a table at one frequency: linear in decibels over the grazing angle, and over
-/// the logarithm of the frequency between two curves. Outside the table's frequencies and above a
-/// curve's last angle the last value holds. Below the first angle the strength falls from the first
-/// value by Lambert's law: a constant one would return more energy than arrives (energy_bound.h).
+/// The strength of a table at one frequency. It is interpolated linearly in decibels, over the
+/// grazing angle, and between two curves over the logarithm of the frequency. Outside the table's
+/// frequencies the nearest curve is used, and above a curve's last angle its last strength. Below
+/// the first angle the strength falls from the first one by Lambert's law, because a constant
+/// strength would return more energy than arrives (energy_bound.h).
 class MeasuredBottom final : public Backscatter {
  public:
   /// `offset_db` is added to all strengths.
@@ -39,7 +40,7 @@ class MeasuredBottom final : public Backscatter {
 
  private:
   std::shared_ptr<const StrengthTable> table_;
-  const StrengthCurve* below_;  // the neighbours in frequency
+  const StrengthCurve* below_;  // the curves of the next lower and next higher frequency
   const StrengthCurve* above_;
   double weight_of_above_ = 0.0;
   double offset_db_;

@@ -30,8 +30,8 @@ void check_surface(const SeaSurface& surface, double grazing_rad) {
                     grazing_rad * degrees_per_rad));
 }
 
-/// Where the facets' lobe is 15 dB below its peak: (1 + x)^2 exp(-x / s2) = 10^-1.5 solved for
-/// x = cot^2 of the grazing angle.
+/// The grazing angle at which the facets' lobe is 15 dB below its peak. Solves (1 + x)^2 exp(-x /
+/// s2) = 10^-1.5 for x, the squared cotangent of the grazing angle.
 double facet_edge_rad(double slope2) {
   double x = 0.0;
   for (int step = 0; step < 20; ++step)
@@ -49,7 +49,7 @@ double bubble_cross_section(const SeaSurface& surface, double grazing_rad) {
   if (U > 11.0) bv *= std::pow(U / 11.0, 3.5);
   const double reradiation = 0.0136 / (0.0255 * std::cbrt(f));
   const double b = bv / std::sin(grazing_rad);
-  // The layer's response is (1 + 8 b e^-2b - e^-4b) / 2b: 6 when thin, and 1 / 2b when opaque.
+  // The layer's response is (1 + 8 b e^-2b - e^-4b) / 2b: 6 if it is thin, and 1 / 2b if opaque.
   constexpr double opaque = 300.0;
   const double shown = b < opaque ? 8.0 * b * std::exp(-2.0 * b) - std::expm1(-4.0 * b) : 1.0;
   return bv / (4.0 * pi) * reradiation * shown / (2.0 * b);

@@ -36,11 +36,10 @@ struct AnalyseArguments {
   fs::path file, cache;
   int threads = 0;
   MemoryLimit memory;
-  bool json = false;
-  bool quiet = false;
+  bool json = false, quiet = false;
 };
 
-/// Reads the scene; for a mesh file, a scene whose seafloor is that mesh.
+/// Reads the scene. If the input is a mesh file, returns a scene whose seafloor is this mesh.
 Scene read_input(const SceneArguments& input) {
   constexpr std::array meshes{".ply", ".obj", ".stl", ".off"};
   if (std::ranges::count(meshes, lower_case(input.file.extension().string())) == 0)
@@ -53,20 +52,20 @@ Scene read_input(const SceneArguments& input) {
                      {.scene_folder = file.parent_path(), .data_folder = input.data_folder});
 }
 
-/// What make_tiles() made of something, and how much of it was there.
+/// The number of tiles or clusters, how many existed before, and the time that the others took.
 struct Made {
   std::size_t all = 0, before = 0;
   double seconds = 0.0;
 };
 
-/// All tiles of a bed.
+/// Makes all tiles of a bed.
 Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   const Clock::time_point start = Clock::now();
   const std::size_t before = tiles.tiles_made();
-  // From the north-east, where each chunk finds the borders of its neighbours made.
+  // The last chunk first, in the north-east: the borders of each chunk's neighbours are then made.
   std::mutex reporting;
   refine::parallel_for(tiles.chunks(), threads, [&](std::size_t item, int) {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
+    stop_on_signal("stopped on request; the same command continues");
     tiles.require_chunk(tiles.chunks() - 1 - item);
     const std::lock_guard lock(reporting);
     progress.report("tiles", tiles.tiles_made(), tiles.tiles());
@@ -74,13 +73,13 @@ Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   return {tiles.tiles(), before, seconds_since(start)};
 }
 
-/// All clusters of a bed whose tiles are made.
+/// Analyses all clusters of a bed whose tiles are made.
 Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress) {
   const Clock::time_point start = Clock::now();
   std::mutex reporting;
   std::size_t done = 0, with_faces = 0;
   refine::parallel_for(clusters.count(), threads, [&](std::size_t cluster, int) {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
+    stop_on_signal("stopped on request; the same command continues");
     const bool has_faces = clusters.has_faces(cluster);
     if (has_faces) clusters.get(cluster);
     const std::lock_guard lock(reporting);
@@ -90,7 +89,7 @@ Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress
   return {with_faces, with_faces - clusters.analysed(), seconds_since(start)};
 }
 
-/// Makes all tiles of a bed that is made in tiles, and, for a run with the surface `refined`,
+/// For a bed that is made in tiles: makes all tiles and, if the surface of runs is `refined`,
 /// analyses all clusters. After a stop or a kill, the same command continues.
 void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threads) {
   if (!arguments.file.empty())
@@ -150,9 +149,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
   if (arguments.file.empty()) throw UsageError("--output is missing: the file to write");
   require_not_read(arguments.file, arguments.scene.files_read(scene));
   std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const auto stop_if_asked = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-  };
+  const auto stop_if_asked = [] { stop_on_signal("stopped on request; nothing was written"); };
   const auto report = [&](std::string_view stage) {
     stop_if_asked();
     progress->report(stage, 0, 1);
@@ -183,8 +180,8 @@ void analyse_scene(const AnalyseArguments& arguments) {
         seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads, threads == 1 ? "" : "s",
         file_s, static_cast<double>(bytes) / static_cast<double>(seafloor.vertices),
         arguments.file.string());
-  if (arguments.json) {
-    const nlohmann::ordered_json json = {
+  if (arguments.json)
+    print_object({
         {"file", arguments.file.string()},
         {"bytes", bytes},
         {"vertices", seafloor.vertices},
@@ -194,9 +191,7 @@ void analyse_scene(const AnalyseArguments& arguments) {
         {"warnings", seafloor.warnings},
         {"times_s", {{"seafloor", seafloor_s}, {"analysis", analysis_s}, {"file", file_s}}},
         {"threads", threads},
-    };
-    print_object(json);
-  }
+    });
 }
 
 }  // namespace
@@ -211,9 +206,7 @@ void add_analyse(CLI::App& app, Action& action) {
       "command makes all tiles, in the cache; with -D run.surface=refined it also makes the "
       "progressive meshes of all clusters");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file to write; not for a bed in tiles")
-      ->type_name("FILE")
-      ->check(a_path());
+  add_output(command, arguments->file, "FILE", "The file to write; not for a bed in tiles");
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

@@ -27,11 +27,14 @@
 #include <ensonify/refine/printable.h>
 
 namespace ensonify::engine::app {
-
 namespace {
 
-/// Replaces a size with a unit, such as 800MB or 1.5GiB, by its number of bytes. Returns the fault,
-/// if any.
+/// SIGHUP reports a closed terminal; nohup makes the program ignore it. Batch systems send the
+/// others before they end a job.
+constexpr std::array ignorable_signals{SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
+
+/// Replaces a size with a unit, such as 800MB or 1.5GiB, by its number of bytes. Returns what is
+/// wrong with the text; empty if nothing is.
 std::string size_in_bytes(std::string& text) {
   const char* const end = text.data() + text.size();
   double number = 0.0;
@@ -48,7 +51,7 @@ std::string size_in_bytes(std::string& text) {
   if (error != std::errc() || !(number > 0.0 && std::isfinite(number)) ||
       !(unit.empty() || unit == "B"))
     return fmt::format("{} is not a size, expected for example 800MB, 8GB or 8GiB", text);
-  if (number * factor < 1000.0)  // a unit was forgotten
+  if (number * factor < 1000.0)  // the user forgot the unit
     return fmt::format("{} is {} bytes, expected for example 800MB, 8GB or 8GiB", text,
                        number * factor);
   text = fmt::format("{:.0f}", number * factor);
@@ -73,31 +76,26 @@ std::vector<std::filesystem::path> SceneArguments::files_read(const Scene& scene
 }
 
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides) {
-  command
-      .add_option("-D", overrides,
-                  "Change a key, for example -D sonar.sidescan.range_m=50; can be repeated")
-      ->type_name("KEY=VALUE")
+  add_value(command, "-D", overrides, "KEY=VALUE",
+            "Change a key, for example -D sonar.sidescan.range_m=50; can be repeated")
       ->allow_extra_args(false);
 }
 
 void add_data(CLI::App& command, std::filesystem::path& folder) {
-  command.add_option("--data", folder, "The folder in which data:PATH of a scene or a recipe lies")
-      ->type_name("DIR")
+  add_value(command, "--data", folder, "DIR",
+            "The folder in which data:PATH of a scene or a recipe lies")
       ->envname("ENSONIFY_DATA");
 }
 
 void add_cache(CLI::App& command, std::filesystem::path& cache) {
   cache = default_cache();
-  command
-      .add_option("--cache", cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
+  add_value(command, "--cache", cache, "DIR",
+            "The folder for analysed seafloors (default: ~/.cache/ensonify)")
       ->envname("ENSONIFY_CACHE");
 }
 
 void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "Number of threads (default: all of the machine's)")
-      ->type_name("N")
+  add_value(command, "--threads", threads, "N", "Number of threads (default: all of the machine's)")
       ->check(CLI::Range(1, 1024));
 }
 
@@ -112,6 +110,11 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
 
 void add_quiet(CLI::App& command, bool& quiet, std::string_view silenced) {
   command.add_flag("--quiet", quiet, fmt::format("{}; warnings and errors remain", silenced));
+}
+
+CLI::Option* add_output(CLI::App& command, std::filesystem::path& path, const std::string& type,
+                        const std::string& help) {
+  return add_value(command, "-o,--output", path, type, help)->check(a_path());
 }
 
 CLI::Validator a_path() {
@@ -163,7 +166,7 @@ Shard parse_shard(std::string_view option, const std::string& text) {
 void print(std::string_view text) {
   std::string shown;
   if (::isatty(STDOUT_FILENO)) text = shown = refine::printable(text, "\n\t");
-  // A pipe that can be written takes this much at once, so that no write waits for the reader.
+  // A pipe that can be written takes this many bytes at once, without waiting for the reader.
   constexpr std::size_t most = PIPE_BUF;
   while (!text.empty()) {
     if (!SignalWatch::wait_for_output(STDOUT_FILENO)) throw Stopped("stopped on request");
@@ -191,8 +194,13 @@ void write_note(std::string_view text) {
 
 void print_object(const nlohmann::ordered_json& json) { print(json_text(json, 2) + "\n"); }
 
+void print_warning(std::string_view warning) { print_note("ensonify: warning: {}\n", warning); }
 void print_warnings(std::span<const std::string> warnings) {
-  for (const std::string& warning : warnings) print_note("ensonify: warning: {}\n", warning);
+  for (const std::string& warning : warnings) print_warning(warning);
+}
+
+void stop_on_signal(const char* message) {
+  if (SignalWatch::caught() != 0) throw Stopped(message);
 }
 
 std::size_t terminal_columns(int descriptor) {
@@ -200,13 +208,6 @@ std::size_t terminal_columns(int descriptor) {
   if (::ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
   return size.ws_col;
 }
-
-namespace {
-
-/// A closed terminal, which nohup ignores, and what batch systems send before they end a job.
-constexpr std::array ignorable_signals{SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
-
-}  // namespace
 
 std::atomic<int> SignalWatch::caught_ = 0;
 std::atomic<Clock::time_point> SignalWatch::caught_at_;
@@ -222,7 +223,7 @@ SignalWatch::SignalWatch(bool interrupts) {
     if (caught_ == 0) {
       caught_at_ = Clock::now();
       caught_ = number;
-    } else if (number != SIGXCPU &&  // the system repeats it with each second of processor time
+    } else if (number != SIGXCPU &&  // the system sends it again for each second of processor time
                seconds_since(caught_at_) > 1.0) {  // `timeout` sends each signal twice at once
       std::signal(number, SIG_DFL);
       std::raise(number);
@@ -244,7 +245,7 @@ SignalWatch::~SignalWatch() {
 }
 
 bool SignalWatch::wait_for_input(int descriptor) {
-  // A signal between a look at caught() and a read would be missed: poll() sees it in any case.
+  // If a signal comes after caught_ was read and before a read begins, only poll() notices it.
   while (caught_ == 0) {
     std::array<pollfd, 2> wanted{{{descriptor, POLLIN, 0}, {wakes_, POLLIN, 0}}};
     if (::poll(wanted.data(), wanted.size(), -1) > 0 && wanted[0].revents != 0)

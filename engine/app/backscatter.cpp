@@ -38,7 +38,7 @@ constexpr std::array<Parameter, 6> parameters = {
      {"--strength-cm4", &Sediment::strength_cm4,
       "Strength of the roughness spectrum, cm^4, 0 to 1"}}};
 
-constexpr double min_angle_deg = 0.001;  // as the models; at 0 nothing returns
+constexpr double min_angle_deg = 0.001;  // the models' lowest angle; at 0 nothing returns
 
 struct BackscatterArguments {
   double frequency_hz = 0.0;
@@ -76,7 +76,7 @@ Sediment sediment_of(const BackscatterArguments& arguments) {
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (arguments.given[i]) {
       sediment.*parameters[i].member = *arguments.given[i];
-      sediment.lambert_mu_db.reset();  // measured on a bed with its own parameters
+      sediment.lambert_mu_db.reset();  // holds for the named bed's parameters only
     }
   return sediment;
 }
@@ -88,14 +88,14 @@ std::string model_help() {
   return help;
 }
 
-/// What the command prints.
+/// The seabed whose strength the command prints.
 struct Seabed {
   std::unique_ptr<scatter::Backscatter> backscatter;
-  std::optional<Sediment> sediment;  ///< none for a solid, a cover or a measurement
+  std::optional<Sediment> sediment;  ///< none if the material is a solid, a cover or measured
   std::vector<std::string> warnings;
 };
 
-/// A material, with the warnings of a run.
+/// A material, with the warnings that a run would give.
 Seabed seabed_of_material(const BackscatterArguments& arguments) {
   std::vector<Material> own;
   if (!arguments.scene.empty())
@@ -177,26 +177,18 @@ void add_backscatter(CLI::App& app, Action& action) {
                   "Sound speed in the water at the bed, m/s")
       ->required()
       ->check(number(1000.0, 2000.0));
-  CLI::Option* const name = command
-                                .add_option("--sediment", arguments->sediment,
-                                            "A named seabed (`ensonify sediments` lists them)")
-                                ->type_name("NAME");
+  CLI::Option* const name = add_value(command, "--sediment", arguments->sediment, "NAME",
+                                      "A named seabed (`ensonify sediments` lists them)");
   CLI::Option* const grain_size =
-      command
-          .add_option("--mean-grain-size-phi", arguments->mean_grain_size_phi,
-                      "The seabed by its mean grain size, -1 to 9")
-          ->type_name("PHI")
+      add_value(command, "--mean-grain-size-phi", arguments->mean_grain_size_phi, "PHI",
+                "The seabed by its mean grain size, -1 to 9")
           ->check(number())
           ->excludes(name);
   CLI::Option* const material =
-      command
-          .add_option("--material", arguments->material,
-                      "A material: one of --scene, or a named seabed, cover or solid")
-          ->type_name("NAME");
-  command
-      .add_option("--scene", arguments->scene,
-                  "The scene file that has [material.NAME], of any model: gsab and table too")
-      ->type_name("SCENE")
+      add_value(command, "--material", arguments->material, "NAME",
+                "A material: one of --scene, or a named seabed, cover or solid");
+  add_value(command, "--scene", arguments->scene, "SCENE",
+            "The scene file that has [material.NAME], of any model: gsab and table too")
       ->needs(material);
   add_data(command, arguments->data_folder);
   std::vector<CLI::Option*> of_sediment = {name, grain_size};
@@ -205,15 +197,12 @@ void add_backscatter(CLI::App& app, Action& action) {
         command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
             ->check(number())
             ->group("A seabed's six parameters: all, or only those to change"));
-  of_sediment.push_back(command.add_option("--model", arguments->model, model_help())
-                            ->capture_default_str()
-                            ->type_name("NAME"));
+  of_sediment.push_back(
+      add_value(command, "--model", arguments->model, "NAME", model_help())->capture_default_str());
   for (CLI::Option* const other : of_sediment) material->excludes(other);
-  command
-      .add_option("--angles-deg", arguments->angles_deg,
-                  "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")
+  add_value(command, "--angles-deg", arguments->angles_deg, "A,B,..",
+            "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")
       ->delimiter(',')
-      ->type_name("A,B,..")
       ->check(number());
   command.callback(
       [&action, arguments] { action = [arguments] { print_backscatter(*arguments); }; });

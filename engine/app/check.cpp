@@ -22,18 +22,17 @@
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
-#include "check_pings.h"
-#include "check_report.h"
+#include "check_parts.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
 namespace {
 
-constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
-/// An intersector that could be compared on fewer than one ray in this many is skipped.
+constexpr double slow_tests = 1e9;  // number of ray-face tests that take 15 s on one core
+/// An intersector that could be compared on fewer than one ray in this number is skipped.
 constexpr std::uint64_t slowest_every = 10000;
-/// One in max_bent_every of the scene's rays is also compared as a bent ray, or more if that would
-/// give fewer than enough_bent rays. The reference takes about 10 µs per ray.
+/// One in max_bent_every of the scene's rays is also compared as a bent ray; more, if these are
+/// fewer than enough_bent rays. The reference takes about 10 µs per bent ray.
 constexpr std::uint64_t max_bent_every = 10;
 constexpr std::uint64_t enough_bent = 20000;
 
@@ -44,12 +43,11 @@ struct CheckArguments {
   std::uint64_t rays = 1000000;
   int threads = 0;
   MemoryLimit memory;
-  bool json = false;
-  bool quiet = false;
+  bool json = false, quiet = false;
 };
 
-/// An intersector is compared on every n-th ray, to limit the time of the slow one. Returns n; 0 if
-/// too few rays would be left.
+/// An intersector is compared on every n-th ray, which limits the time of a slow one. Returns n; 0
+/// if too few rays would be left.
 std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces, std::uint64_t rays) {
   if (!kind.tests_every_face) return 1;
   const auto every = static_cast<std::uint64_t>(
@@ -57,7 +55,8 @@ std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces, std::u
   return every > slowest_every ? 0 : every;
 }
 
-/// The intersectors of these names; of all, if there are none. Throws std::invalid_argument.
+/// The intersectors with these names; all intersectors if there are no names. Throws
+/// std::invalid_argument.
 std::vector<IntersectorKind> kinds_of(const std::vector<std::string>& names) {
   const std::span<const IntersectorKind> all = intersector_kinds();
   if (names.empty()) return {all.begin(), all.end()};
@@ -66,23 +65,22 @@ std::vector<IntersectorKind> kinds_of(const std::vector<std::string>& names) {
   return kinds;
 }
 
-/// As in a run; without a profile where the rays of these blocks are straight.
+/// The refraction of a run; without a profile if the rays of these blocks are straight.
 Refraction refraction_of(const Simulator& simulator, const std::vector<PingBlock>& blocks) {
   Refraction refraction = SimulatorInternals::refraction(simulator);
   if (blocks.front().front().front().bend.turn_rad == 0.0) refraction.profile = nullptr;
   return refraction;
 }
 
-/// What is compared, and with what.
+/// What a check compares, and with what.
 struct Prepared {
-  Scene scene;  ///< with the surface "refined"
-  Simulator
-      simulator;  ///< over the mesh of the scene itself, not of its analysis, which is checked
-  std::shared_ptr<const Intersector> reference;  ///< over that mesh
+  Scene scene;          ///< with the surface "refined"
+  Simulator simulator;  ///< over the scene's mesh, not over its analysis, which is checked
+  std::shared_ptr<const Intersector> reference;  ///< over the same mesh
   std::optional<Simulator> of_heights;
   std::shared_ptr<const PreparedSeafloor> analysed;
   std::vector<PingBlock> blocks;
-  std::uint64_t scene_rays = 0;  ///< may be more than requested: blocks are whole
+  std::uint64_t scene_rays = 0;  ///< may be more than requested, because blocks are whole
   Refraction refraction;
   BentWater water;
   std::uint64_t bent_every = 1;
@@ -91,29 +89,29 @@ struct Prepared {
   const refine::TriangleMesh& mesh() const { return simulator.seafloor().mesh; }
 };
 
-/// The scene with a surface and an intersector.
+/// The scene with another surface and another intersector.
 Scene scene_with(Scene scene, std::string_view surface, std::string_view intersector) {
   scene.run.surface = surface;
   scene.run.intersector = intersector;
   return scene;
 }
 
-/// The least number of rays of the scene's pings: half of all.
+/// The least number of rays that the scene's pings must have: half of all rays.
 std::uint64_t least_scene_rays(std::uint64_t rays) { return (rays + 1) / 2; }
 
 std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Preparation& how) {
   const Scene read = arguments.scene.read();
   require_at_once(read.seafloor);
-  // Every thread compares fans; of all intersectors this one takes the most for a ray.
+  // Every thread compares fans. fan_scan takes the most memory per ray of all intersectors.
   require_rays(how.memory, read.sonars, "fan_scan", how.threads);
-  // Later, when this tree is asked, a signal still prints the table.
+  // A signal may end the check only while the tree is made: later, the table is still printed.
   const auto making = std::make_shared<bool>(true);
   Preparation how_reference = how;
   how_reference.stop_check = [making, progress = how.progress] {
     if (*making) progress("tree");
   };
-  // The tree of this simulator is the reference: a second one, of the scene's intersector, would
-  // only take memory.
+  // The tree of this simulator is the reference. A tree of the scene's intersector would waste
+  // memory.
   auto all = std::make_unique<Prepared>(Prepared{
       .scene = scene_with(read, refined_surface, read.run.intersector),
       .simulator =
@@ -134,7 +132,7 @@ std::unique_ptr<Prepared> prepare(const CheckArguments& arguments, const Prepara
   return all;
 }
 
-/// One intersector with every face source, each on every n-th ray.
+/// One intersector with each face source, compared on every n-th ray.
 std::vector<Candidate> candidates(const Prepared& all, const IntersectorKind& kind,
                                   std::uint64_t every) {
   std::function<std::unique_ptr<RefractedTracer>()> make_bent;
@@ -179,7 +177,7 @@ std::vector<Candidate> candidates(const Prepared& all, const IntersectorKind& ki
   return some;
 }
 
-/// The altitudes over the mesh, over its progressive mesh, and over the heights, if there are any.
+/// What finds altitudes: over the mesh, its progressive mesh, and the heights, if there are any.
 std::vector<HeightCandidate> heights(const Prepared& all) {
   const auto candidate = [](std::string_view surface, std::string name,
                             const Simulator& simulator) {
@@ -197,7 +195,7 @@ std::vector<HeightCandidate> heights(const Prepared& all) {
   return some;
 }
 
-/// The comparisons of a check, one after another, until one is stopped.
+/// The comparisons of a check. They are made one after another, until one is stopped.
 class Comparison {
  public:
   Comparison(const Prepared& prepared, const CheckArguments& arguments, int threads,
@@ -212,7 +210,7 @@ class Comparison {
                                    fmt::join(arguments_.intersectors, ", ")));
     const bool all_kinds = arguments_.intersectors.empty();
     comparisons_ = kinds.size() + (all_kinds ? 2 : 0);
-    // One intersector after another, so that its trees are freed before the next one's are built.
+    // One after another: the trees of an intersector are freed before those of the next are built.
     for (const IntersectorKind& kind : kinds) {
       compare_intersector(kind);
       if (stopped_) return;
@@ -225,11 +223,11 @@ class Comparison {
   const std::vector<AgreementRow>& rows() const { return rows_; }
   bool stopped() const { return stopped_; }
   std::uint64_t unexplained() const { return reached_.unexplained; }
-  /// How much of it was done when it was stopped.
+  /// How much was done when the check was stopped.
   std::string reached() const {
     return fmt::format(
         "{} of {} comparisons{}", finished_, comparisons_,
-        reached_.rays < reached_.of  // for aimed rays the latter is an estimate
+        reached_.rays < reached_.of  // for aimed rays, `of` is an estimate
             ? fmt::format(" and {} of {} rays of {}", reached_.rays, reached_.of, reached_what_)
             : "");
   }
@@ -334,7 +332,7 @@ void print_comparison(const CheckArguments& arguments, const Prepared& prepared,
 }
 
 void check(const CheckArguments& arguments) {
-  kinds_of(arguments.intersectors);  // before the scene is read: throws for an unknown name
+  kinds_of(arguments.intersectors);  // throws for an unknown name before the scene is read
   const int threads = refine::thread_count(arguments.threads);
   const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
@@ -345,8 +343,7 @@ void check(const CheckArguments& arguments) {
                           .progress =
                               [&](std::string_view stage) {
                                 progress->report(stage, 0, 1);
-                                if (SignalWatch::caught() != 0)
-                                  throw Stopped("stopped on request, before a ray was compared");
+                                stop_on_signal("stopped on request, before a ray was compared");
                               },
                           .memory = arguments.memory});
   const double prepare_s = seconds_since(start);
@@ -371,8 +368,8 @@ void check(const CheckArguments& arguments) {
         "more differences of a class than correct arithmetic can make; they are listed above");
 }
 
-/// Replaces a number of rays, which may be written as 1e7, by its digits. Returns the fault, if
-/// any.
+/// Replaces a number of rays, which may be written as 1e7, by its digits. Returns what is wrong
+/// with the text; empty if nothing is.
 std::string count_of_rays(std::string& text) {
   const std::optional number = number_in<double>(text);
   if (!number || *number != std::floor(*number) || *number < 1.0 || *number > 1e12)
@@ -394,21 +391,17 @@ void add_check(CLI::App& app, Action& action) {
       "has them only where it traces every ray. Ctrl-C ends the comparison and prints the table so "
       "far");
   arguments->scene.add_to(command);
-  command
-      .add_option(
-          "--rays", arguments->rays,
-          "Least number of rays per surface and intersector, about half of them the scene's: whole "
-          "pings are traced, so there may be many more (default: a million; brute_force "
-          "gets as many as it can trace in half a minute)")
-      ->type_name("N")
+  add_value(
+      command, "--rays", arguments->rays, "N",
+      "Least number of rays per surface and intersector, about half of them the scene's: whole "
+      "pings are traced, so there may be many more (default: a million; brute_force "
+      "gets as many as it can trace in half a minute)")
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
-  command
-      .add_option(
-          "--intersector", arguments->intersectors,
-          "Compare only these intersectors (default: all; also the bed heights and the face lists)")
+  add_value(
+      command, "--intersector", arguments->intersectors, "NAME,NAME",
+      "Compare only these intersectors (default: all; also the bed heights and the face lists)")
       ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("NAME,NAME");
+      ->allow_extra_args(false);
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

@@ -1,4 +1,4 @@
-#include "check_pings.h"
+#include "check_parts.h"
 
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, st
       pose.heading_rad += 0.05 * turn[2];
       try {
         blocks[b].push_back(fans_at(pose));
-      } catch (const std::invalid_argument&) {  // the turn moved a sonar out of the water
+      } catch (const std::invalid_argument&) {  // the turned vehicle has a sonar out of the water
         blocks[b].push_back(fans_at(track[ping]));
       }
     }

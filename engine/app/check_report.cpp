@@ -1,5 +1,5 @@
-#include "check_report.h"
 #include "app.h"
+#include "check_parts.h"
 
 #include <cmath>
 
@@ -44,7 +44,7 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
   json["overlap"] = row.overlap;
   nlohmann::ordered_json shares = nlohmann::ordered_json::object();
   for (const Limit& limit : limits(row.source, row.precision)) shares[limit.name] = limit.share;
-  json["limits"] = shares;  // as shares of the rays, but see most_allowed()
+  json["limits"] = shares;  // as shares of the rays; most_allowed() makes numbers of rays from them
   return json;
 }
 

@@ -34,9 +34,7 @@ void compare(const CompareArguments& arguments) {
     for (const std::filesystem::path& place : {arguments.a, arguments.b})
       require_not_read(arguments.html, files_of_line(place));
   const SignalWatch signals;
-  const auto stop_if_asked = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-  };
+  const auto stop_if_asked = [] { stop_on_signal("stopped on request; nothing was written"); };
   const LineWithBed a(read_line(arguments.a, arguments.sonar_a));
   stop_if_asked();
   const LineWithBed b(read_line(arguments.b, arguments.sonar_b));
@@ -82,22 +80,17 @@ void add_compare(CLI::App& app, Action& action) {
   command.add_option("A", arguments->a, "A recording, a run's folder, or a folder of pictures")
       ->required();
   command.add_option("B", arguments->b, "What is compared with it")->required();
-  command
-      .add_option("--sonar-a", arguments->sonar_a,
-                  "Which line of A: a run's sonar by name, a recording's line by number from 1")
-      ->type_name("NAME");
-  command.add_option("--sonar-b", arguments->sonar_b, "Which line of B")->type_name("NAME");
-  command
-      .add_option(
-          "--limit", arguments->limit,
-          "Exit code 1 if a ratio is larger than this; unknown ones do not count. Between two lines "
-          "of one scene, chance alone makes 2 or 3 ratios in 60 larger than 10, and one line in "
-          "four has one larger than 100")
-      ->type_name("X")
+  add_value(command, "--sonar-a", arguments->sonar_a, "NAME",
+            "Which line of A: a run's sonar by name, a recording's line by number from 1");
+  add_value(command, "--sonar-b", arguments->sonar_b, "NAME", "Which line of B");
+  add_value(
+      command, "--limit", arguments->limit, "X",
+      "Exit code 1 if a ratio is larger than this; unknown ones do not count. Between two lines "
+      "of one scene, chance alone makes 2 or 3 ratios in 60 larger than 10, and one line in "
+      "four has one larger than 100")
       ->check(number(0.0, 1e6));
-  command
-      .add_option("--html", arguments->html, "Also write a page with both pictures and the table")
-      ->type_name("FILE")
+  add_value(command, "--html", arguments->html, "FILE",
+            "Also write a page with both pictures and the table")
       ->check(a_path());
   command.add_flag("--json", arguments->json,
                    "Print one JSON object; unknown and infinite numbers are null");

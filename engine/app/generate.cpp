@@ -46,7 +46,7 @@ void print_report(const GenerateReport& report, const fs::path& folder, int thre
   print_note("\n");
 }
 
-/// The recipe's warnings and those of the runs.
+/// The warnings of the recipe and of the runs.
 std::vector<std::string> all_warnings(const Recipe& recipe, const GenerateReport& report) {
   std::vector<std::string> all = recipe.warnings();
   all.insert(all.end(), report.warnings.begin(), report.warnings.end());
@@ -58,22 +58,21 @@ void print_json(const Recipe& recipe, const GenerateReport& report, const fs::pa
   nlohmann::ordered_json failed = nlohmann::ordered_json::array();
   for (const auto& [sample, why] : report.failed)
     failed.push_back({{"sample", sample}, {"why", why}});
-  const nlohmann::ordered_json json = {{"folder", folder.string()},
-                                       {"samples", report.samples},
-                                       {"found", report.found},
-                                       {"made", report.made},
-                                       {"failed", failed},
-                                       {"stopped", report.stopped},
-                                       {"warnings", all_warnings(recipe, report)},
-                                       {"samples_per_hour", samples_per_hour(report)},
-                                       {"stages_s", report.stages_s},
-                                       {"wall_s", report.wall_s},
-                                       {"threads", threads}};
-  print_object(json);
+  print_object({{"folder", folder.string()},
+                {"samples", report.samples},
+                {"found", report.found},
+                {"made", report.made},
+                {"failed", failed},
+                {"stopped", report.stopped},
+                {"warnings", all_warnings(recipe, report)},
+                {"samples_per_hour", samples_per_hour(report)},
+                {"stages_s", report.stages_s},
+                {"wall_s", report.wall_s},
+                {"threads", threads}});
 }
 
-/// Whether the vehicle is above the sea surface over a bed at its mean depth. The bed itself is
-/// known only when it is made, which would take as long as the samples.
+/// Whether the vehicle would be above the sea surface if the bed were level, at its mean depth. The
+/// real bed is known only when it is made, which takes as long as making the samples.
 bool above_water(const Scene& scene) {
   return scene.seafloor.kind == SeafloorKind::fractal && scene.track.kind != TrackKind::file &&
          scene.track.altitude_m >= scene.seafloor.depth_m;
@@ -91,12 +90,12 @@ std::string why_empty(const Recipe& recipe, std::string_view split) {
                     "shares in [dataset.split]";
 }
 
-/// --dry-run: draws all samples without making any.
+/// --dry-run: draws all samples, but makes none.
 void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
   bool unnamed = false;
-  std::vector<std::size_t> shallow;  // samples
+  std::vector<std::size_t> shallow;  // their numbers
   ChipForecast chips;
   print_warnings(recipe.warnings());
   for (std::size_t i = 0; i < recipe.samples(); ++i) try {
@@ -113,34 +112,30 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
     }
   for (const std::string& split : splits_of(recipe.options().split))
     if (failed == 0 && !splits.contains(split))
-      print_warnings(std::vector<std::string>{
-          fmt::format("the split {} is empty: {}", split, why_empty(recipe, split))});
+      print_warning(fmt::format("the split {} is empty: {}", split, why_empty(recipe, split)));
   if (unnamed)
-    print_warnings(std::vector<std::string>{
-        "several objects have the class 'object': name them with objects.N.class"});
+    print_warning("several objects have the class 'object': name them with objects.N.class");
   if (!shallow.empty())
-    print_warnings(std::vector<std::string>{fmt::format(
+    print_warning(fmt::format(
         "in {} of {} samples (the first is {}) the vehicle would leave the water, because "
         "track.altitude_m is not less than seafloor.depth_m; generate refuses a sample whose "
         "vehicle does so over its bed",
-        shallow.size(), recipe.samples(), shallow.front())});
+        shallow.size(), recipe.samples(), shallow.front()));
   if (chips.without_target > 0)
-    print_warnings(std::vector<std::string>{fmt::format(
+    print_warning(fmt::format(
         "{} of {} chips about objects will show less of them than dataset.least_visible = {}, by "
         "the sizes of chips and objects: {}",
-        chips.without_target, chips.chips, recipe.options().min_visible, larger_chips)});
+        chips.without_target, chips.chips, recipe.options().min_visible, larger_chips));
   const ShardState state = shard_state(recipe, arguments.folder, shard);
-  const nlohmann::ordered_json json = {
-      {"samples", recipe.samples()},
-      {"seafloors", recipe.seafloors()},
-      {"splits", splits},
-      {"classes", recipe.class_names()},
-      {"sediments", recipe.material_names()},
-      {"refused", failed},
-      {"above_water", shallow},
-      {"chips_without_target", chips.without_target},
-      {"shard", {{"samples", state.samples}, {"finished", state.finished}}}};
-  print_object(json);
+  print_object({{"samples", recipe.samples()},
+                {"seafloors", recipe.seafloors()},
+                {"splits", splits},
+                {"classes", recipe.class_names()},
+                {"sediments", recipe.material_names()},
+                {"refused", failed},
+                {"above_water", shallow},
+                {"chips_without_target", chips.without_target},
+                {"shard", {{"samples", state.samples}, {"finished", state.finished}}}});
   if (failed > 0)
     throw UsageError(
         fmt::format("{} of {} samples draw values that a scene cannot have; change the recipe",
@@ -185,14 +180,10 @@ void add_generate(CLI::App& app, Action& action) {
       .add_option("RECIPE", arguments->recipe,
                   "A recipe (`ensonify dump-default generate` prints one)")
       ->required();
-  command.add_option("-o,--output", arguments->folder, "The dataset's folder, created if missing")
-      ->required()
-      ->type_name("DIR")
-      ->check(a_path());
-  command
-      .add_option("--shard", arguments->shard,
-                  "Make only shard I of N, counting from 0: to divide the samples among machines")
-      ->type_name("I/N");
+  add_output(command, arguments->folder, "DIR", "The dataset's folder, created if missing")
+      ->required();
+  add_value(command, "--shard", arguments->shard, "I/N",
+            "Make only shard I of N, counting from 0: to divide the samples among machines");
   add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

@@ -1,7 +1,5 @@
 #include <ensonify/engine/imitation/imitate.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -46,7 +44,7 @@ RecordedLine chosen_line(const ImitateArguments& arguments) {
   return std::move(lines[number - 1]);
 }
 
-/// A field of CSV, in quotes if it needs them.
+/// A text as a field of CSV: in quotes if it needs them.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\n") == text.npos) return text;
   std::string field = "\"";
@@ -64,7 +62,7 @@ std::string summary(const Imitation& made) {
   return text;
 }
 
-/// Folders that go away with this object where they are empty.
+/// Removes, at its end, those of these folders that are empty.
 struct NewFolders {
   std::vector<fs::path> made;
   ~NewFolders() { refine::remove_empty(made); }
@@ -102,7 +100,7 @@ void make_imitation(const ImitateArguments& arguments) {
   fs::path folder = fs::absolute(arguments.folder);
   if (folder.filename().empty()) folder = folder.parent_path();  // a slash at the end
   const NewFolders above{refine::make_folder(folder.parent_path())};
-  // Removes what a killed process has left of it.
+  // The claim also removes what a killed process has left of this folder.
   const std::optional<Claim> claim = StagingFolder::try_claim(folder);
   if (!claim)
     throw UsageError(
@@ -148,14 +146,9 @@ void add_imitate(CLI::App& app, Action& action) {
       "needs, and report.html. Prints each key, its value and the evidence");
   command.add_option("RECORDING", arguments->recordings, "The recording's files, in their order")
       ->required();
-  command.add_option("-o,--output", arguments->folder, "The folder to make")
-      ->required()
-      ->type_name("DIR")
-      ->check(a_path());
-  command
-      .add_option("--line", arguments->line,
-                  "Which line of a recording with several sonars, from 1")
-      ->type_name("N")
+  add_output(command, arguments->folder, "DIR", "The folder to make")->required();
+  add_value(command, "--line", arguments->line, "N",
+            "Which line of a recording with several sonars, from 1")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   command.add_flag("--recipe", arguments->recipe,
                    "Also write recipe.toml: a dataset with distributions about what was found");

@@ -21,8 +21,7 @@ struct LiveArguments {
   std::optional<double> pings_per_s;
   std::filesystem::path cache;
   MemoryLimit memory;
-  bool hold = false;
-  bool quiet = false;
+  bool hold = false, quiet = false;
 };
 
 void show(const LiveArguments& arguments) {
@@ -36,9 +35,6 @@ void show(const LiveArguments& arguments) {
                     "scene; use 127.0.0.1, or allow it with --remote",
                     arguments.server.bind));
   const SignalWatch signals;
-  const auto stop_on_signal = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
-  };
   std::optional<LiveSession> session;
   {
     Progress progress(arguments.quiet);
@@ -73,22 +69,16 @@ void add_live(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "live", "Watch a scene in a browser as it pings: its image, its mesh, its truth");
   arguments->scene.add_to(command);
-  command
-      .add_option("--port", arguments->server.port,
-                  "The page's port (default: 8347; 0: any free one)")
-      ->type_name("P")
+  add_value(command, "--port", arguments->server.port, "P",
+            "The page's port (default: 8347; 0: any free one)")
       ->check(CLI::Range(0, 65535));
-  command
-      .add_option("--bind", arguments->server.bind,
-                  "The address to listen at (default: 127.0.0.1, this machine only)")
-      ->type_name("ADDR");
+  add_value(command, "--bind", arguments->server.bind, "ADDR",
+            "The address to listen at (default: 127.0.0.1, this machine only)");
   command.add_flag("--remote", arguments->server.remote,
                    "Allow a --bind address that other machines can reach: their users can watch "
                    "and change the scene");
-  command
-      .add_option("--pings-per-s", arguments->pings_per_s,
-                  "Pings per second (default: the scene's; 0: as fast as possible)")
-      ->type_name("N")
+  add_value(command, "--pings-per-s", arguments->pings_per_s, "N",
+            "Pings per second (default: the scene's; 0: as fast as possible)")
       ->check(number(0.0, 10000.0));
   command.add_flag("--hold", arguments->hold, "Do not ping until a page starts it");
   add_cache(command, arguments->cache);

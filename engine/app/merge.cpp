@@ -20,7 +20,7 @@ struct MergeArguments {
   bool webdataset = false, json = false, quiet = false;
 };
 
-/// Ascending numbers as text, for example "3, 5 to 9, 12".
+/// Ascending numbers as a text, for example "3, 5 to 9, 12".
 std::string intervals(const std::vector<std::size_t>& numbers) {
   std::string text;
   for (std::size_t i = 0, j; i < numbers.size(); i = j + 1) {
@@ -31,8 +31,8 @@ std::string intervals(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
-/// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage.
-/// `command` makes missing pieces, but not damaged ones. `holders`: what holds the pieces.
+/// If pieces are missing or damaged, prints the damage and throws std::runtime_error. `command`
+/// makes missing pieces, but does not replace damaged ones. `holders`: what the pieces are in.
 void require_whole(const MergeArguments& arguments, std::string_view pieces,
                    std::string_view holders, std::string_view command,
                    const std::vector<std::size_t>& missing,

@@ -14,8 +14,8 @@
 
 namespace ensonify::engine::app {
 
-/// A mesh read from a file: PLY, OBJ, STL or OFF by its extension, else a survey grid, which is
-/// kept as well. cell_m as in SurveyFile.
+/// A mesh that is read from a file: PLY, OBJ, STL or OFF by its extension; any other file is read
+/// as a survey grid, which is kept, too. `cell_m` is as in SurveyFile.
 struct MeshFile {
   std::optional<Heightfield> grid;
   refine::TriangleMesh mesh;
@@ -36,12 +36,10 @@ struct MeshFile {
   }
 };
 
-/// --survey-cell-m: the cell of a grid whose file has none.
+/// --survey-cell-m: the edge of the cells, for a grid whose file does not have it.
 inline void add_cell(CLI::App& command, double& cell_m) {
-  command
-      .add_option("--survey-cell-m", cell_m,
-                  "Edge of the cells of an .npy grid or of soundings, as seafloor.survey_cell_m")
-      ->type_name("M")
+  add_value(command, "--survey-cell-m", cell_m, "M",
+            "Edge of the cells of an .npy grid or of soundings, as seafloor.survey_cell_m")
       ->check(number(1e-3, 1000.0));
 }
 

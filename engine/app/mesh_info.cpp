@@ -14,7 +14,22 @@
 namespace ensonify::engine::app {
 namespace {
 
-/// Prints the header and the table of a file with the tiles of a bed.
+/// Lines with a name and a value each.
+struct Lines {
+  std::string text;
+
+  void add(std::string_view name, const auto& value) {
+    text += fmt::format("{} {}\n", name, value);
+  }
+  void add_bounds(const Eigen::Vector3d& lowest, const Eigen::Vector3d& highest) {
+    for (int axis = 0; axis < 3; ++axis) {
+      add(fmt::format("{}_min", "xyz"[axis]), lowest[axis]);
+      add(fmt::format("{}_max", "xyz"[axis]), highest[axis]);
+    }
+  }
+};
+
+/// Prints the header and a summary of the table of a file with the tiles of a bed.
 void print_tiles(const refine::HeightTiles& tiles) {
   const refine::HeightTiles::Shape& shape = tiles.shape();
   const Eigen::Vector3d& origin = shape.world_origin;
@@ -22,47 +37,39 @@ void print_tiles(const refine::HeightTiles& tiles) {
   refine::HeightGrid::Range all;
   for (const refine::HeightGrid::Range& range : tiles.ranges())
     if (range.known()) all.take(range);
-  std::string out;
-  const auto line = [&](std::string_view name, auto value) {
-    out += fmt::format("{} {}\n", name, value);
-  };
-  line("columns", shape.x_m.size());
-  line("rows", shape.y_m.size());
-  line("triangles_without_holes", 2 * cells);
-  line("x_min", origin.x() + shape.x_m.front());
-  line("x_max", origin.x() + shape.x_m.back());
-  line("y_min", origin.y() + shape.y_m.front());
-  line("y_max", origin.y() + shape.y_m.back());
-  line("tiles", tiles.tiles());
-  line("tiles_made", tiles.tiles_made());
+  Lines lines;
+  lines.add("columns", shape.x_m.size());
+  lines.add("rows", shape.y_m.size());
+  lines.add("triangles_without_holes", 2 * cells);
+  lines.add("x_min", origin.x() + shape.x_m.front());
+  lines.add("x_max", origin.x() + shape.x_m.back());
+  lines.add("y_min", origin.y() + shape.y_m.front());
+  lines.add("y_max", origin.y() + shape.y_m.back());
+  lines.add("tiles", tiles.tiles());
+  lines.add("tiles_made", tiles.tiles_made());
   if (!all.empty()) {
-    line("z_min_of_made", origin.z() + all.lowest);
-    line("z_max_of_made", origin.z() + all.highest);
+    lines.add("z_min_of_made", origin.z() + all.lowest);
+    lines.add("z_max_of_made", origin.z() + all.highest);
   }
-  line("mean_height_m", origin.z() + shape.mean_height_m);
-  line("made_from", tiles.key());
-  print(out);
+  lines.add("mean_height_m", origin.z() + shape.mean_height_m);
+  lines.add("made_from", tiles.key());
+  print(lines.text);
 }
 
-/// Prints the sizes of a file that `analyse` wrote.
+/// Prints the sizes of a progressive mesh, which `analyse` wrote.
 void print_progressive(const refine::ProgressiveMesh& mesh) {
-  std::string out;
-  const auto line = [&](std::string_view name, auto value) {
-    out += fmt::format("{} {}\n", name, value);
-  };
+  Lines lines;
   mesh.verify_all();
-  line("vertices", mesh.leaves());
-  line("triangles", std::ranges::count_if(mesh.source_face, [](std::uint32_t face) {
-         return face != refine::ProgressiveMesh::none;
-       }));
-  for (int axis = 0; axis < 3; ++axis) {
-    line(fmt::format("{}_min", "xyz"[axis]), mesh.world_origin[axis] + mesh.bounds.lowest[axis]);
-    line(fmt::format("{}_max", "xyz"[axis]), mesh.world_origin[axis] + mesh.bounds.highest[axis]);
-  }
-  line("base_vertices", mesh.roots.size());
-  line("base_triangles", mesh.base_faces().size());
-  line("made_from", mesh.key());
-  print(out);
+  lines.add("vertices", mesh.leaves());
+  lines.add("triangles", std::ranges::count_if(mesh.source_face, [](std::uint32_t face) {
+              return face != refine::ProgressiveMesh::none;
+            }));
+  lines.add_bounds(mesh.world_origin + mesh.bounds.lowest.cast<double>(),
+                   mesh.world_origin + mesh.bounds.highest.cast<double>());
+  lines.add("base_vertices", mesh.roots.size());
+  lines.add("base_triangles", mesh.base_faces().size());
+  lines.add("made_from", mesh.key());
+  print(lines.text);
 }
 
 void print_info(const std::filesystem::path& file, double cell_m) {
@@ -71,30 +78,25 @@ void print_info(const std::filesystem::path& file, double cell_m) {
     return print_progressive(refine::map_progressive_mesh(file));
   const MeshFile input(file, cell_m);
   const refine::MeshSummary summary = refine::summarise(input.mesh);
-  std::string out;
-  const auto line = [&](std::string_view name, auto value) {
-    out += fmt::format("{} {}\n", name, value);
-  };
-  line("vertices", summary.vertices);
-  line("triangles", summary.faces);
-  for (int axis = 0; axis < 3; ++axis) {
-    line(fmt::format("{}_min", "xyz"[axis]), summary.lowest[axis]);
-    line(fmt::format("{}_max", "xyz"[axis]), summary.highest[axis]);
-  }
-  line("boundary_edges", summary.boundary_edges);
-  line("non_manifold_edges", summary.non_manifold_edges);
+  Lines lines;
+  lines.add("vertices", summary.vertices);
+  lines.add("triangles", summary.faces);
+  lines.add_bounds(summary.lowest, summary.highest);
+  lines.add("boundary_edges", summary.boundary_edges);
+  lines.add("non_manifold_edges", summary.non_manifold_edges);
   const refine::RepairReport repairs = refine::repair(input.mesh).report;
-  line("repairs", repairs.total());
-  for (const auto& [name, count] : repairs.entries()) line(fmt::format("repair_{}", name), count);
+  lines.add("repairs", repairs.total());
+  for (const auto& [name, count] : repairs.entries())
+    lines.add(fmt::format("repair_{}", name), count);
   if (input.grid) {
     const Heightfield& grid = *input.grid;
-    line("columns", grid.columns);
-    line("rows", grid.rows);
-    line("cell_east_m", grid.cell_east_m);
-    line("cell_north_m", grid.cell_north_m);
-    line("holes", std::ranges::count_if(grid.z_m, [](double z) { return std::isnan(z); }));
+    lines.add("columns", grid.columns);
+    lines.add("rows", grid.rows);
+    lines.add("cell_east_m", grid.cell_east_m);
+    lines.add("cell_north_m", grid.cell_north_m);
+    lines.add("holes", std::ranges::count_if(grid.z_m, [](double z) { return std::isnan(z); }));
   }
-  print(out);
+  print(lines.text);
 }
 
 }  // namespace

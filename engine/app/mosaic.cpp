@@ -48,17 +48,11 @@ void add_mosaic(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "mosaic", "Lay one sonar of one or several runs on the ground, as a GeoTIFF");
   command.add_option("RUN", arguments->runs, "Folders that `ensonify run` wrote")->required();
-  command.add_option("-o,--output", arguments->file, "The file to write: .tif")
-      ->type_name("FILE")
-      ->check(a_path())
-      ->required();
-  command.add_option("--sonar", options.sonar, "The sonar (default: the only one)")
-      ->type_name("NAME");
-  command
-      .add_option("--pixel-m", options.pixel_m,
-                  "Size of a pixel (default: the length of a bin or the spacing of pings, the "
-                  "larger, rounded)")
-      ->type_name("SIZE")
+  add_output(command, arguments->file, "FILE", "The file to write: .tif")->required();
+  add_value(command, "--sonar", options.sonar, "NAME", "The sonar (default: the only one)");
+  add_value(command, "--pixel-m", options.pixel_m, "SIZE",
+            "Size of a pixel (default: the length of a bin or the spacing of pings, the "
+            "larger, rounded)")
       ->check(number(1e-9, 1e6));
   command
       .add_option_function<std::string>(
@@ -70,12 +64,10 @@ void add_mosaic(CLI::App& app, Action& action) {
           "recordings does it, from the reported pose and the altitude, over a level bed")
       ->check(one_of({"truth", "navigation"}))
       ->type_name("truth|navigation");
-  command
-      .add_option("--layer", options.layer,
-                  "brightness (default): samples, even over range, 1 to 255, 0 for no data; or a "
-                  "layer of the images: sample, intensity, intensity_mean (NaN for no data), "
-                  "region, sediment, class, instance (65535 for no data)")
-      ->type_name("NAME")
+  add_value(command, "--layer", options.layer, "NAME",
+            "brightness (default): samples, even over range, 1 to 255, 0 for no data; or a "
+            "layer of the images: sample, intensity, intensity_mean (NaN for no data), "
+            "region, sediment, class, instance (65535 for no data)")
       ->check(one_of({mosaic_layers.begin(), mosaic_layers.end()}));
   command
       .add_option_function<std::string>(

@@ -3,7 +3,6 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run/files_read.h>
-#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 #include <algorithm>
@@ -40,7 +39,7 @@ void make_preview(const PreviewArguments& arguments) {
   for (const std::string& asset : recipe.assets()) read.push_back(recipe.path_of(asset));
   require_not_read(arguments.file, read);
   const fs::path place = fs::absolute(arguments.file);
-  // Its samples' files. The claim removes those of a preview that was killed.
+  // The folder for the samples' files. The claim removes the files of a preview that was killed.
   const std::optional<Claim> claim = StagingFolder::try_claim(place);
   if (!claim)
     throw UsageError(
@@ -73,14 +72,9 @@ void add_preview(CLI::App& app, Action& action) {
       "Draw a contact sheet of a recipe's samples and their labels. Ctrl-C ends it, and the sheet "
       "then shows the samples that are finished");
   command.add_option("RECIPE", arguments->recipe, "A recipe, as for generate")->required();
-  command.add_option("-o,--output", arguments->file, "The picture")
-      ->required()
-      ->type_name("FILE.png")
-      ->check(a_path());
-  command
-      .add_option("-n", arguments->samples,
-                  "Number of samples (default: 16; at most those of the recipe)")
-      ->type_name("N")
+  add_output(command, arguments->file, "FILE.png", "The picture")->required();
+  add_value(command, "-n", arguments->samples, "N",
+            "Number of samples (default: 16; at most those of the recipe)")
       ->check(CLI::Range(1, 1000));
   add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);

@@ -35,7 +35,7 @@ namespace {
 constexpr int run_failed = 1;
 constexpr int wrong_input = 2;  // wrong usage, scene or input file
 constexpr int some_failed = 3;
-constexpr int interrupted = 75;  // by a signal; the same command resumes
+constexpr int interrupted = 75;  // by a signal; the same command resumes the work
 constexpr int by_signal = 128;
 
 int failed(int code, std::string_view message) {
@@ -48,10 +48,10 @@ int out_of_memory() {
                 "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
 }
 
-/// If the memory runs out in a library's function that may not throw, the standard library calls
-/// this: in constructors of nlohmann::json, and in its own directory iterators (without an
-/// exception). Temporary files stay; the same command, run again, removes them. Other faults end as
-/// they do without this.
+/// The standard library calls this if the memory runs out in a library's function that may not
+/// throw: in constructors of nlohmann::json, and in the standard library's directory iterators
+/// (there without an exception). Temporary files stay; the same command, if it is run again,
+/// removes them. Other faults end the program as they do without this function.
 std::terminate_handler end_by_fault = nullptr;
 [[noreturn]] void end_without_memory() {
   try {
@@ -64,7 +64,7 @@ std::terminate_handler end_by_fault = nullptr;
 }
 
 /// Some libraries end the process themselves if the memory runs out: FFTW by abort(), libarchive by
-/// an invalid write. A sanitizer's own handlers stay.
+/// an invalid write. If a sanitizer has set its own handlers, these stay.
 extern "C" void end_by_library(int /*signal*/) {
   constexpr std::string_view message =
       "ensonify: stopped by a fault of ensonify or one of its libraries. If a line above names "
@@ -80,12 +80,12 @@ void catch_signals_of_libraries() {
   }
 }
 
-/// Opens stdin, stdout and stderr where the caller has closed them, so that no file gets their
-/// numbers. Writing to that stdout still fails.
+/// Opens those of stdin, stdout and stderr that the caller has closed, so that no other file gets
+/// their descriptors. A write to such a stdout still fails.
 void open_closed_streams() {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor)
-    if (::fcntl(descriptor, F_GETFD) < 0)
-      ::open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);  // the lowest is free
+    if (::fcntl(descriptor, F_GETFD) < 0)  // open() takes the lowest free number
+      ::open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);
 }
 
 int perform(const app::Action& action) {
@@ -102,16 +102,6 @@ int perform(const app::Action& action) {
     return failed(interrupted, error.what());
   } catch (const app::SomeFailed& error) {
     return failed(some_failed, error.what());
-  } catch (const app::UsageError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const ensonify::engine::SceneError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const ensonify::engine::RecordingError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const ensonify::refine::MeshError& error) {
-    return failed(wrong_input, error.what());
-  } catch (const std::invalid_argument& error) {
-    return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
     return out_of_memory();
   } catch (const std::filesystem::filesystem_error& error) {
@@ -123,7 +113,10 @@ int perform(const app::Action& action) {
                     "the system allows no more threads; use fewer --threads, or raise `ulimit -u`");
     return failed(run_failed, error.what());
   } catch (const std::exception& error) {
-    return failed(run_failed, error.what());
+    const bool is_input = app::is_one_of<app::UsageError, ensonify::engine::SceneError,
+                                         ensonify::engine::RecordingError,
+                                         ensonify::refine::MeshError, std::invalid_argument>(error);
+    return failed(is_input ? wrong_input : run_failed, error.what());
   }
 }
 
@@ -170,8 +163,8 @@ class BrokenLines final : public CLI::Formatter {
   }
 };
 
-/// Why the command line is refused. Unexpected arguments are listed in the order given, which CLI11
-/// would reverse.
+/// Why the command line is refused. Unexpected arguments are listed in the order in which they were
+/// given; CLI11 reverses them.
 std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
   const std::vector<CLI::App*> parsed = program.get_subcommands();
   const std::string help = fmt::format("(see ensonify {}--help)",
@@ -204,35 +197,19 @@ int run_command_line(int argc, char** argv) {
       "2 wrong usage, scene or input file; 3 some samples failed; 75 interrupted, can be resumed; "
       "128+n ended by signal n.");
   app::Action action;
-  app::add_run(program, action);
-  app::add_stream(program, action);
-  app::add_live(program, action);
-  app::add_generate(program, action);
-  app::add_preview(program, action);
-  app::add_merge(program, action);
-  app::add_mosaic(program, action);
-  app::add_analyse(program, action);
-  app::add_check(program, action);
-  app::add_seafloor(program, action);
-  app::add_view(program, action);
-  app::add_trace(program, action);
-  app::add_mesh_info(program, action);
-  app::add_compare(program, action);
-  app::add_imitate(program, action);
-  app::add_recording_info(program, action);
-  app::add_dump_default(program, action);
-  app::add_schema(program, action);
-  app::add_intersectors(program, action);
-  app::add_water(program, action);
-  app::add_ray(program, action);
-  app::add_backscatter(program, action);
-  app::add_sediments(program, action);
-  app::add_presets(program, action);
+  for (app::AddCommand* const add :
+       {app::add_run,          app::add_stream,      app::add_live,         app::add_generate,
+        app::add_preview,      app::add_merge,       app::add_mosaic,       app::add_analyse,
+        app::add_check,        app::add_seafloor,    app::add_view,         app::add_trace,
+        app::add_mesh_info,    app::add_compare,     app::add_imitate,      app::add_recording_info,
+        app::add_dump_default, app::add_schema,      app::add_intersectors, app::add_water,
+        app::add_ray,          app::add_backscatter, app::add_sediments,    app::add_presets})
+    add(program, action);
   program.footer(
       "`ensonify COMMAND --help` describes a command and its options. Begin with `ensonify run "
       "SCENE`.\n" +
       program.get_footer());
-  // `ensonify help`, and `ensonify help run`, as other programs have it.
+  // `ensonify help` and `ensonify help run` also print the help, as in other programs.
   std::vector<std::string> words(argv + std::min(1, argc), argv + argc);
   if (!words.empty() && words.front() == "help") {
     words.erase(words.begin());
@@ -240,7 +217,7 @@ int run_command_line(int argc, char** argv) {
         std::ranges::count(program.get_subcommands({}), words.front(), &CLI::App::get_name) > 0)
       words.emplace_back("--help");
   }
-  std::ranges::reverse(words);  // as CLI11 takes them
+  std::ranges::reverse(words);  // CLI11 takes the last word first
   try {
     program.parse(std::move(words));
   } catch (const CLI::Success& help) {

@@ -2,19 +2,19 @@
 
 namespace ensonify::engine::app {
 
-// Each source has its own. A developer of ensonify needs no warning.
+// Each source that includes this header has its own constant. Developers need no warning.
 #if defined(__OPTIMIZE__) || defined(ENSONIFY_DEVELOPER)
 constexpr bool compiled_with_optimisation = true;
 #else
 constexpr bool compiled_with_optimisation = false;
 #endif
 
-/// The program `ensonify`: carries out its command line, of main()'s arguments, and returns the
-/// exit code. Data goes to stdout, everything else to stderr. It ignores the signals SIGXFSZ and
-/// SIGPIPE and, during a command, handles SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1 and SIGUSR2. To
-/// be called once. A program of your own that calls it has all commands, with the intersectors of
-/// program_intersector_kinds() (trace/intersector.h). Unless `optimised`, it warns of that; the
-/// default is whether the caller is compiled with optimisation.
+/// The program `ensonify`: carries out the command line that main() gets, and returns the exit
+/// code. Data goes to stdout, everything else to stderr. It ignores the signals SIGXFSZ and
+/// SIGPIPE. During a command it handles SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1 and SIGUSR2. It
+/// may be called once. A program of your own that calls it has all commands, with the intersectors
+/// of program_intersector_kinds() (trace/intersector.h). If `optimised` is false, it warns that the
+/// program may be slow; by default this is whether the caller is compiled with optimisation.
 int program_main(int argc, char** argv, bool optimised = compiled_with_optimisation);
 
 }  // namespace ensonify::engine::app

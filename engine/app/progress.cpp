@@ -45,7 +45,7 @@ void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
   }
   if (now - shown_ < (way_ == Way::lines ? 10s : new_stage || done == of ? 0ms : 100ms)) return;
   shown_ = now;
-  if (!can_write_now(STDERR_FILENO)) return;  // a line is not worth waiting for its reader
+  if (!can_write_now(STDERR_FILENO)) return;  // do not wait for the reader of a mere progress line
 
   const double elapsed_s = std::chrono::duration<double>(now - stage_began_).count();
   std::string more;

@@ -10,8 +10,8 @@
 
 namespace ensonify::engine::app {
 
-/// Shows progress on stderr: a bar on a terminal, elsewhere one line every 10 seconds. Without
-/// colours, so it need not read NO_COLOR.
+/// Shows progress on stderr: on a terminal as a bar, elsewhere as one line every 10 seconds. There
+/// are no colours, so that NO_COLOR has no effect.
 class Progress {
  public:
   explicit Progress(bool quiet);
@@ -19,7 +19,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Shows that `done` of `of` steps of a stage are done. `found` is a text shown after that.
+  /// Shows that `done` of `of` steps of a stage are done. `found` is a text that follows.
   void report(std::string_view stage, std::size_t done, std::size_t of,
               std::string_view found = {});
 
@@ -30,8 +30,7 @@ class Progress {
   Clock::time_point shown_;
 };
 
-/// Calls work(progress), where progress(stage, done, of) shows what is done and returns false after
-/// a signal.
+/// Returns work(progress). progress(stage, done, of) shows it, and returns false after a signal.
 template <class Work>
 auto watched(bool quiet, const Work& work) {
   const SignalWatch signals;

@@ -16,7 +16,7 @@ namespace ensonify::engine::app {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double between_rows_m = 1e-4;  // largest distance of the ray from a line between rows
+constexpr double between_rows_m = 1e-4;  // largest distance of the ray from lines between rows
 constexpr int max_rows = 2000000;        // about 200 MB of text
 
 struct RayArguments {
@@ -45,7 +45,7 @@ scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const RayA
   return *found;
 }
 
-/// Prints the ray as rows so close that it is straight between them (within between_rows_m).
+/// Prints the ray as rows. Between two rows it is straight (within between_rows_m).
 void print_path(scatter::SoundRay ray, double range_m, const RayArguments& arguments,
                 const scatter::SoundSpeedProfile& profile) {
   std::string out = "range_m,depth_m,time_s,path_m,angle_deg,loss_db\n";
@@ -108,11 +108,9 @@ void add_ray(CLI::App& app, Action& action) {
       "range_m,depth_m,time_s,path_m,angle_deg,loss_db along the path; angles are positive "
       "downwards from the horizontal, the loss is spreading loss re 1 m. Straight lines between "
       "the rows stay within 0.1 mm of the ray");
-  command
-      .add_option("--profile", arguments->profile,
-                  "The cast: CSV with columns depth_m and soundspeed_mps, or a CastAway file")
-      ->required()
-      ->type_name("FILE");
+  add_value(command, "--profile", arguments->profile, "FILE",
+            "The cast: CSV with columns depth_m and soundspeed_mps, or a CastAway file")
+      ->required();
   const CLI::Validator depth = number(0.0, 12000.0), range = number(1e-6, 1e7);
   command.add_option("--source-depth-m", arguments->source_depth_m, "Depth of the source, m")
       ->required()

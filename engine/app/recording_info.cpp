@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How many numbers are missing between the pings'.
+/// How many numbers are missing between the numbers of the pings.
 std::uint64_t lost_pings(const RecordedLine& line) {
   std::uint64_t lost = 0;
   for (std::size_t i = 1; i < line.pings.size(); ++i)
@@ -25,7 +25,7 @@ std::uint64_t lost_pings(const RecordedLine& line) {
   return lost;
 }
 
-/// Names and values, in the order of printing.
+/// What the command prints: names and values, in this order.
 nlohmann::ordered_json facts_of(const RecordedLine& line) {
   nlohmann::ordered_json facts = {{"format", line.format}};
   if (!line.sonar.empty()) facts["sonar"] = line.sonar;
@@ -58,7 +58,7 @@ void print_info(const std::vector<fs::path>& files, bool json) {
   const std::vector<RecordedLine> lines = read_recordings(files);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   std::string out;
-  std::vector<std::string> warnings;  // lines of one file may share some
+  std::vector<std::string> warnings;  // each once: lines of one file may share them
   for (const RecordedLine& line : lines) {
     for (const std::string& warning : line.warnings)
       if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);

@@ -29,8 +29,7 @@ struct RunArguments {
   int threads = 0;
   MemoryLimit memory;
   fs::path cache;
-  bool json = false;
-  bool quiet = false;
+  bool json = false, quiet = false;
   std::size_t verify = 0;
   std::string part = "0/1";
 };
@@ -57,7 +56,7 @@ void print_report(const RunReport& report, const std::string& intersector, const
     print_note("analysed seafloor: read from {}\n", origin.cache_file.string());
   else if (!origin.cache_file.empty() && origin.surface != static_surface)
     print_note("analysed seafloor: kept in {}\n", origin.cache_file.string());
-  // Parts that were found took no time in this run.
+  // Parts that existed before took no time in this run.
   const std::string rate = report.parts_found > 0
                                ? fmt::format(" for the missing ones of {} parts", report.parts)
                                : fmt::format(": {:.4g} pings/s", pings_per_s(report));
@@ -73,7 +72,7 @@ void print_report(const RunReport& report, const std::string& intersector, const
         "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
         "times as many pings per second: the gain is larger with fewer faces\n",
         intersector);
-  // A share in which no part was made has no counts.
+  // If no part was made in this share of the run, there are no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
     print_note(
         "sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",
@@ -121,7 +120,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
         {"trace", stages.trace_s},
         {"echo", stages.echo_s},
         {"receiver", stages.receive_s},
-        {"speckle", stages.receive_s}}},  // its name in earlier versions
+        {"speckle", stages.receive_s}}},  // the same value under the key that existing readers use
       {"threads", threads},
       {"host",
        {{"name", system.nodename},
@@ -180,31 +179,20 @@ void add_run(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<RunArguments>();
   CLI::App& command = *app.add_subcommand("run", "Simulate a scene and write its sidescan images");
   arguments->scene.add_to(command);
-  command
-      .add_option("-o,--output", arguments->folder,
-                  "The folder for the files, created if missing (default: the scene's name with "
-                  "-run appended, in the current folder)")
-      ->type_name("DIR")
-      ->check(a_path());
-  command
-      .add_option("--surface", arguments->surface,
-                  "The same as -D run.surface=NAME: auto, static, refined or footprint")
-      ->type_name("NAME");
-  command
-      .add_option("--intersector", arguments->intersector,
-                  "The same as -D run.intersector=NAME; `ensonify intersectors` lists them")
-      ->type_name("NAME");
-  command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
-  command
-      .add_option("--part", arguments->part,
-                  "Make share I of N of the parts of a run in several parts, counting from 0; "
-                  "`ensonify merge DIR` completes the run")
-      ->type_name("I/N");
-  command
-      .add_option("--verify", arguments->verify,
-                  "Compare N pings, spread over the track, with the exact reference; the manifest "
-                  "counts the differences by class; exit code 1 if one is unexplained")
-      ->type_name("N")
+  add_output(command, arguments->folder, "DIR",
+             "The folder for the files, created if missing (default: the scene's name with "
+             "-run appended, in the current folder)");
+  add_value(command, "--surface", arguments->surface, "NAME",
+            "The same as -D run.surface=NAME: auto, static, refined or footprint");
+  add_value(command, "--intersector", arguments->intersector, "NAME",
+            "The same as -D run.intersector=NAME; `ensonify intersectors` lists them");
+  add_value(command, "--seed", arguments->seed, "S", "The same as -D seed=S");
+  add_value(command, "--part", arguments->part, "I/N",
+            "Make share I of N of the parts of a run in several parts, counting from 0; "
+            "`ensonify merge DIR` completes the run");
+  add_value(command, "--verify", arguments->verify, "N",
+            "Compare N pings, spread over the track, with the exact reference; the manifest "
+            "counts the differences by class; exit code 1 if one is unexplained")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);

@@ -6,16 +6,12 @@
 #include "app.h"
 
 namespace ensonify::engine::app {
-namespace {
-
-struct SchemaArguments {
-  bool json = false, recipe = false;
-};
-
-}  // namespace
 
 void add_schema(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<SchemaArguments>();
+  struct Arguments {
+    bool json = false, recipe = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("schema", "Print all keys of a scene file with unit, range and default");
   CLI::Option* json = command->add_flag(

@@ -9,7 +9,6 @@
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
-#include <ensonify/engine/run.h>
 #include <ensonify/engine/run/files_read.h>
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/engine/seafloor/analysis.h>
@@ -37,11 +36,11 @@ void write_seafloor(const SeafloorArguments& arguments) {
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
   require_not_read(arguments.file, arguments.scene.files_read(scene));
-  const SignalWatch signals;  // a signal then leaves no temporary file
+  const SignalWatch signals;  // then a signal leaves no temporary file
   Progress progress(arguments.quiet);
   std::mutex reporting;
   const auto report = [&](std::string_view stage) {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+    stop_on_signal("stopped on request; nothing was written");
     const std::lock_guard lock(reporting);
     progress.report(stage, 0, 1);
   };
@@ -82,10 +81,7 @@ void add_seafloor(CLI::App& app, Action& action) {
       "survey's coordinate reference system, or in one centred at track.origin_lat_deg and "
       "origin_lon_deg, if the scene has either");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file to write: .ply, .npy or .tif")
-      ->type_name("FILE")
-      ->check(a_path())
-      ->required();
+  add_output(command, arguments->file, "FILE", "The file to write: .ply, .npy or .tif")->required();
   add_memory(command, arguments->memory);
   add_quiet(command, arguments->quiet, "No progress");
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });

@@ -48,10 +48,8 @@ void add_sediments(CLI::App& app, Action& action) {
           "law with the measured lambert_mu_db; handbook rock has the handbook's strength. A "
           "material can also be a cover ({}) or a solid ({}), which have none of these parameters",
           cover_names(), scatter::solid_names()));
-  command
-      .add_option("--mean-grain-size-phi", *mean_grain_size_phi,
-                  "Print the parameters of this mean grain size, -1 to 9")
-      ->type_name("PHI")
+  add_value(command, "--mean-grain-size-phi", *mean_grain_size_phi, "PHI",
+            "Print the parameters of this mean grain size, -1 to 9")
       ->check(number());
   command.callback([&action, mean_grain_size_phi] {
     action = [mean_grain_size_phi] { print_sediments(*mean_grain_size_phi); };

@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Version of the requests and answers: a client can check whether it fits.
+/// The version of requests and answers, with which a client checks whether it fits.
 constexpr int protocol = 1;
 
 struct StreamArguments {
@@ -41,12 +41,10 @@ struct StreamArguments {
   fs::path cache;
   MemoryLimit memory;
   std::vector<std::string> layers = {"intensity"};
-  bool json = false;
-  bool answer_all = false;
-  bool quiet = false;
+  bool json = false, answer_all = false, quiet = false;
 };
 
-/// A session that reads poses and writes echo lines.
+/// A session: it answers requests, and writes the echo lines of pings.
 class PoseSession {
  public:
   explicit PoseSession(const StreamArguments& arguments)
@@ -55,21 +53,22 @@ class PoseSession {
                                       arguments.scene.data_folder)),
         scene_(with_session_surface(source_.with())),
         simulator_(make_simulator(scene_, arguments)) {
-    BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
+    std::vector<std::string_view> known_layers;
+    BinLayers::for_each([&](std::string_view name, auto) { known_layers.push_back(name); });
     for (std::string& name : arguments_.layers) {
       const auto known = std::ranges::find_if(
-          known_layers_, [&](std::string_view one) { return scatter::same_name(one, name); });
-      if (known == known_layers_.end())
+          known_layers, [&](std::string_view one) { return scatter::same_name(one, name); });
+      if (known == known_layers.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
-                                     fmt::join(known_layers_, ", ")));
-      name = *known;  // answers have the usual spelling
+                                     fmt::join(known_layers, ", ")));
+      name = *known;  // answers have the spelling of the layer's name
     }
     report_scene();
     print_warnings(warnings_for_single_pings(scene_));
   }
 
   /// Answers a request. Throws SceneError, refine::MeshError, MemoryError or std::invalid_argument
-  /// for a faulty one, which changes nothing.
+  /// for a faulty request; then nothing is changed.
   void answer(const std::string& line) {
     using Kind = StreamRequest::Kind;
     const StreamRequest request = read_stream_request(line);
@@ -93,9 +92,7 @@ class PoseSession {
  private:
   static Simulator make_simulator(const Scene& scene, const StreamArguments& arguments) {
     Progress progress(arguments.quiet);
-    const auto stop_check = [] {
-      if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
-    };
+    const auto stop_check = [] { stop_on_signal(); };
     return Simulator(scene, {.cache = arguments.cache,
                              .progress =
                                  [&](std::string_view stage) {
@@ -184,11 +181,11 @@ class PoseSession {
     warned_ = simulator_.warnings().size();
   }
 
-  /// Prints a warning of extrapolated levels, unless the same was printed before.
+  /// Prints the warning about extrapolated levels, unless the same text was printed before.
   void report_extrapolation() {
     const auto warning =
         Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).warning();
-    if (warning && extrapolations_.insert(*warning).second) print_warnings({&*warning, 1});
+    if (warning && extrapolations_.insert(*warning).second) print_warning(*warning);
   }
 
   static std::vector<std::string> strings(std::span<const std::string> all) {
@@ -199,17 +196,16 @@ class PoseSession {
 
   StreamArguments arguments_;
   SessionScene source_;
-  const Scene scene_;  // without later changes
+  const Scene scene_;  // as it was read, without later changes
   Simulator simulator_;
-  std::vector<std::string> known_layers_;
   std::vector<float> block_;
   std::uint64_t pings_ = 0;
   std::size_t warned_ = 0;
   std::set<std::string> extrapolations_;  // the warnings that were printed
 };
 
-/// The lines of stdin. They end with the input, or at a signal. A line that is too long for a
-/// request is returned at once, without its end.
+/// The lines of stdin, up to its end or up to a signal. A line that is too long for a request is
+/// returned at once, without its rest.
 class InputLines {
  public:
   bool next(std::string& line) {
@@ -231,7 +227,7 @@ class InputLines {
       if (count < 0)
         throw std::system_error(errno, std::generic_category(), "stdin: cannot be read");
       if (count == 0) {
-        line = std::exchange(read_, {});  // without its end
+        line = std::exchange(read_, {});  // the last line has no line end
         searched_ = 0;
         return !line.empty();
       }
@@ -240,9 +236,9 @@ class InputLines {
   }
 
  private:
-  std::string read_;          // what was read and is in no line yet
-  std::size_t searched_ = 0;  // the length of its beginning that has no end of a line
-  bool leaves_out_ = false;   // the rest of a line that is too long
+  std::string read_;          // bytes that were read and not returned yet
+  std::size_t searched_ = 0;  // the first bytes of read_, in which there is no line end
+  bool leaves_out_ = false;   // whether bytes up to the next line end are skipped
   std::array<char, 65536> buffer_;
 };
 
@@ -253,25 +249,17 @@ void stream(const StreamArguments& arguments) {
   std::string line;
   for (std::size_t number = 1; lines.next(line); ++number) {
     if (line.size() <= longest_request && line.find_first_not_of(" \t\r") == line.npos) continue;
-    const auto refuse = [&](const std::exception& error) {
+    try {
+      stream.answer(line);
+    } catch (const std::exception& error) {
+      const bool is_input = is_one_of<SceneError, refine::MeshError, std::invalid_argument>(error);
+      if (!is_input && !(arguments.answer_all && is_one_of<MemoryError>(error))) throw;
       const std::string message = fmt::format("stdin:{}: {}", number, error.what());
       if (!arguments.answer_all) throw UsageError(message);
       stream.answer_error(message);
-    };
-    try {
-      stream.answer(line);
-    } catch (const SceneError& error) {
-      refuse(error);
-    } catch (const refine::MeshError& error) {
-      refuse(error);
-    } catch (const std::invalid_argument& error) {
-      refuse(error);
-    } catch (const MemoryError& error) {
-      if (!arguments.answer_all) throw;
-      refuse(error);
     }
   }
-  if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
+  stop_on_signal();
 }
 
 }  // namespace
@@ -281,11 +269,9 @@ void add_stream(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "stream", "Read poses from stdin as JSON lines, ping at each, and write the echo lines");
   arguments->scene.add_to(command);
-  command
-      .add_option("--layers", arguments->layers,
-                  "The layers to write, by name (default: intensity)")
-      ->delimiter(',')
-      ->type_name("NAME,NAME");
+  add_value(command, "--layers", arguments->layers, "NAME,NAME",
+            "The layers to write, by name (default: intensity)")
+      ->delimiter(',');
   command.add_flag("--json", arguments->json,
                    "Write the values in the JSON line, not as a block of float32 after it");
   command.add_flag(

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The fields of a request. Each is taken once; fields left over are an error.
+/// The fields of a request. Each field is taken once; a field that is left over is an error.
 class Fields {
  public:
   explicit Fields(Json fields) : fields_(std::move(fields)) {

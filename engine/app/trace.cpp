@@ -29,7 +29,7 @@ constexpr CsvFormat ray_format{.row = "ray",
                                .may_have_no_rows = true,
                                .max_bytes = std::numeric_limits<std::uintmax_t>::max()};
 
-/// In the file's coordinates.
+/// The rays of a file, in the file's coordinates.
 std::vector<Ray> read_rays(const std::filesystem::path& file) {
   const CsvTable table = CsvTable::read(file, ray_format);
   if (!table.unknown().empty())
@@ -101,11 +101,9 @@ void add_trace(CLI::App& app, Action& action) {
       ->required();
   add_cell(command, arguments->cell_m);
   command.add_option("RAYS", arguments->rays, "The rays, CSV")->required();
-  command
-      .add_option("--intersector", arguments->intersector,
-                  "One of `ensonify intersectors` that takes single rays: not fan_scan")
-      ->capture_default_str()
-      ->type_name("NAME");
+  add_value(command, "--intersector", arguments->intersector, "NAME",
+            "One of `ensonify intersectors` that takes single rays: not fan_scan")
+      ->capture_default_str();
   command.callback([&action, arguments] {
     action = [arguments] {
       trace(arguments->mesh, arguments->cell_m, arguments->rays, arguments->intersector);

@@ -43,16 +43,14 @@ void view_scene(const ViewArguments& arguments) {
   Scene scene = arguments.scene.read();
   require_not_read(arguments.file, arguments.scene.files_read(scene));
   require_at_once(scene.seafloor);
-  refine::NewFile file(arguments.file);  // fails now, not after the drawing
-  // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
+  refine::NewFile file(arguments.file);  // fails now, not after the picture is drawn
+  // The simulator only makes the seafloor and aims the fans; with these settings it builds no tree.
   scene.run.surface = static_surface;
   scene.run.intersector = "fan_scan";
 
   const SignalWatch signals;
   Progress progress(arguments.quiet);
-  const auto stop_if_asked = [] {
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-  };
+  const auto stop_if_asked = [] { stop_on_signal("stopped on request; nothing was written"); };
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     stop_if_asked();
     progress.report(stage, done, of);
@@ -95,17 +93,11 @@ void add_view(CLI::App& app, Action& action) {
       "Draw one ping of a scene: the sonar above the seafloor, its fans, and the mesh refined for "
       "them, with exact faces in amber");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The picture")
-      ->type_name("FILE.png")
-      ->check(a_path())
-      ->required();
-  command.add_option("--ping", arguments->ping, "The ping, from 0 (default: the middle one)")
-      ->type_name("N")
+  add_output(command, arguments->file, "FILE.png", "The picture")->required();
+  add_value(command, "--ping", arguments->ping, "N", "The ping, from 0 (default: the middle one)")
       ->check(CLI::Range(std::size_t{0}, std::size_t{1000000000}));
-  command
-      .add_option("--width-px", arguments->width_px,
-                  "The picture's width; its height is 9/16 of it (default: 1600)")
-      ->type_name("N")
+  add_value(command, "--width-px", arguments->width_px, "N",
+            "The picture's width; its height is 9/16 of it (default: 1600)")
       ->check(CLI::Range(16, 16384));
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);

@@ -20,7 +20,7 @@ struct WaterArguments {
   std::optional<double> frequency_hz;
 };
 
-/// One warning line per quantity that is outside the range that the formula was fitted to.
+/// One line of warning per quantity that lies outside the range to which the formula was fitted.
 std::string warnings(std::string_view formula, const scatter::FittedWater& fit,
                      const scatter::SeaWater& water, double depth_m,
                      std::optional<double> frequency_hz) {

@@ -4,14 +4,14 @@
 
 namespace ensonify::engine {
 
-/// Counts the calls of an object's functions, so that the child of a fork() does not use an object
-/// in which a thread of its parent was: that thread is not in the child, what it was doing is half
-/// done, and what it has locked stays locked.
+/// Counts the calls of an object's functions that are not finished, for the case of a fork(). If a
+/// thread of the parent was in such a call, the child does not have this thread: its work stays
+/// half done, and its locks stay locked. So the child must not use the object.
 class CallsAtFork {
  public:
   CallsAtFork();
 
-  /// One call, while it lasts. Throws std::runtime_error in such a child.
+  /// Exists while a call lasts. Its constructor throws std::runtime_error in such a child.
   class Call {
    public:
     explicit Call(CallsAtFork& of);
@@ -25,8 +25,8 @@ class CallsAtFork {
   };
 
  private:
-  const int made_by_;          // the process
-  std::atomic<int> calls_{0};  // of that process; in a child, those at the fork
+  const int made_by_;          // the process that made the object
+  std::atomic<int> calls_{0};  // unfinished ones; in a child, those at the fork
 };
 
 }  // namespace ensonify::engine

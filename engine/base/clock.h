@@ -4,14 +4,14 @@
 
 namespace ensonify::engine {
 
-/// The clock for durations. They go into reports, never into output files.
+/// The clock for durations. Durations are in reports, but never in files of results.
 using Clock = std::chrono::steady_clock;
 
 inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Adds up the time of stages, from lap to lap.
+/// Adds the time between two laps to the time of a stage.
 class StopWatch {
  public:
   void lap(double& stage_s) {

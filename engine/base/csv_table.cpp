@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t longest_line = 4096;
 
-/// A quote of an untrusted file for a message: short and printable.
+/// A piece of an untrusted file for a message: shortened, printable and in quotes.
 std::string quoted(std::string_view text) {
   return '\'' + refine::printable(refine::shortened(text, 40)) + '\'';
 }
@@ -26,8 +26,8 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(0, text.find_last_not_of(space) + 1);
 }
 
-/// Where the quoted field ends that a line begins with; 0 if it begins with none. Its commas do not
-/// separate fields, and two quotes in it stand for one.
+/// The end of the quoted field at the beginning of a line; 0 if the line begins with none. Commas
+/// in a quoted field do not separate fields, and two quotes in it stand for one.
 std::size_t end_of_quotes(std::string_view line) {
   const std::size_t begin = line.find_first_not_of(" \t");
   if (begin == std::string_view::npos || line[begin] != '"') return 0;
@@ -50,7 +50,8 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
   }
 }
 
-/// "depth_m,soundspeed_mps[,note]", and "(or Depth (Meter),...)" where a column has an alias.
+/// The expected header row, such as "depth_m,soundspeed_mps[,note]", followed by "(or Depth
+/// (Meter),...)" if columns have an alias.
 std::string header_of(std::span<const CsvColumn> columns) {
   std::string header, aliases;
   for (const CsvColumn& column : columns) {
@@ -163,10 +164,10 @@ class CsvReader {
   const CsvFormat& format_;
   std::span<const CsvColumn> columns_;
   int line_ = 0;
-  std::vector<std::string_view> fields_;    // of a line
-  std::vector<std::size_t> place_;          // of the columns among them
-  std::vector<std::string_view> headings_;  // what the header row calls them
-  std::size_t width_ = 0;                   // how many fields the header row has
+  std::vector<std::string_view> fields_;    // the fields of the current line
+  std::vector<std::size_t> place_;          // the index of each column's field
+  std::vector<std::string_view> headings_;  // the name of each column in the header row
+  std::size_t width_ = 0;                   // the number of fields in the header row
   CsvTable table_;
 };
 

@@ -5,10 +5,9 @@
 
 namespace ensonify::engine {
 
-/// A file that a scene names: as written in the scene (`wreck.ply`, `data:grid.tif`), and its path
-/// on this machine. Either may be empty if the other is given. A scene that was made in memory may
-/// have the content of a file (TrackOptions::log, VerticalPattern::measured, Area::pixels); then
-/// the path is empty.
+/// A file that a scene names: its name in the scene (`wreck.ply`, `data:grid.tif`) and its path on
+/// this machine. One of the two may be empty. A scene that was made in memory may have the content
+/// of a file (TrackOptions::log, VerticalPattern::measured, Area::pixels); then the path is empty.
 struct InputFile {
   std::string name;
   std::filesystem::path path;

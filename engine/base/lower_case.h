@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// The text in lower case; only ASCII letters change.
+/// A text in lower case. Only ASCII letters are changed.
 inline std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -6,12 +6,13 @@
 
 namespace ensonify::engine {
 
-/// The constant that the function `make` returns, made at the first call and kept until the process
-/// ends.
+/// Returns the constant that the function `make` makes. It is made at the first call and exists
+/// until the process ends.
 ///
-/// It stands for a static variable of a function, whose making other threads wait for. In the child
-/// of a fork() they would wait without end, if a thread of the parent was making it. Here no
-/// thread waits: those that come at the same time each make the constant, and the first is kept.
+/// It replaces a static variable of a function. While one thread makes such a variable, other
+/// threads wait for it. In the child of a fork(), they would wait without end if a thread of the
+/// parent was making it. Here no thread waits: threads that come at the same time each make the
+/// constant, and the first one is kept.
 template <auto make>
 const std::invoke_result_t<decltype(make)>& made_once() {
   using Constant = const std::invoke_result_t<decltype(make)>;

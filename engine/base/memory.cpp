@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// The number after `name` in a file of such pairs, like /proc/meminfo; 0 if missing.
+/// The number after `name` in a file of names and numbers, such as /proc/meminfo; 0 if missing.
 double number_in(const fs::path& file, std::string_view name) {
   std::ifstream in(file);
   for (std::string word; in >> word;)
@@ -27,7 +27,7 @@ double number_in(const fs::path& file, std::string_view name) {
   return 0.0;
 }
 
-/// The only number in a file; none if it holds another word ("max") or does not exist.
+/// The only number in a file; none if the file has a word instead ("max") or does not exist.
 std::optional<double> number_of(const fs::path& file) {
   std::ifstream in(file);
   double value = 0.0;
@@ -40,8 +40,8 @@ double available_in_machine_bytes() {
   return available > 0.0 ? 1024.0 * (available + number_in(file, "SwapFree:")) : infinite;
 }
 
-/// Free memory of the tightest control group, of this one and its parents. Cached file pages count
-/// as used but can be freed, so they are added.
+/// The free memory of the control group `group` or of one of its parents, whichever has least.
+/// Cached pages of files count as used there but can be freed, so they are added.
 double available_in_group_bytes(const fs::path& root, fs::path group, const char* limit,
                                 const char* used, const char* prefix) {
   double least = infinite;
@@ -77,7 +77,7 @@ double available_in_groups_bytes() {
   return least;
 }
 
-/// Pages of this process: all mapped, those in memory, and those in memory that belong to files.
+/// Pages of this process: all that are mapped, those in memory, and those of files in memory.
 struct Pages {
   double mapped = 0.0, resident = 0.0, of_files = 0.0;
 };

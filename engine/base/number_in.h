@@ -7,8 +7,9 @@
 
 namespace ensonify::engine {
 
-/// The number that the whole text is, as std::from_chars() reads it: no spaces, no leading '+'.
-/// None if it is not a number, or if it does not fit into T. (A double may be infinite or NaN.)
+/// The number that the whole text consists of, as std::from_chars() reads it: without spaces and
+/// without a leading '+'. None if the text is not a number or does not fit into T. (A double may be
+/// infinite or NaN.)
 template <typename T>
 std::optional<T> number_in(std::string_view text) {
   T number{};

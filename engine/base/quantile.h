@@ -10,7 +10,7 @@
 
 namespace ensonify::engine {
 
-/// The `share` quantile (0 to 1) of `values`: the element of rank floor(share (n - 1)); 0 if empty.
+/// The quantile for a share from 0 to 1: the element of rank floor(share (n - 1)); 0 if empty.
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -20,15 +20,15 @@ inline double quantile(std::vector<double> values, double share) {
 
 inline double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
-/// 1.4826 times the median distance from the median: of a normal distribution, its standard
-/// deviation; single values far off hardly change it.
+/// 1.4826 times the median distance from the median. For a normal distribution this is the standard
+/// deviation. A few values that are far away hardly change it.
 inline double robust_deviation(std::vector<double> values) {
   const double middle = median(values);
   for (double& value : values) value = std::abs(value - middle);
   return 1.4826 * median(std::move(values));
 }
 
-/// 0 if empty.
+/// The mean; 0 if empty.
 inline double mean_of(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) /
          static_cast<double>(std::max<std::size_t>(values.size(), 1));

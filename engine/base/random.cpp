@@ -9,7 +9,7 @@
 namespace ensonify::engine {
 namespace {
 
-// 53 bits to (0, 1]: never zero, so that its logarithm is finite.
+// Converts 53 bits to a number in (0, 1]. It is never 0, so that its logarithm is finite.
 double to_unit(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 1.0) * 0x1p-53; }
 
 // Turns two uniform numbers into two independent standard normal ones.
@@ -28,7 +28,7 @@ void RandomStream::uniform(std::span<double> out, std::uint64_t first) const {
   const auto draw = [&](std::uint64_t block) {
     return Philox{}({{block, belongs_to_[0], belongs_to_[1], belongs_to_[2]}}, key);
   };
-  constexpr std::size_t numbers = 4;  // of a block
+  constexpr std::size_t numbers = 4;  // numbers per block
   std::size_t i = 0;
   const auto take_some = [&](std::size_t end) {
     const Philox::ctr_type drawn = draw((first + i) / numbers);
@@ -44,8 +44,8 @@ void RandomStream::uniform(std::span<double> out, std::uint64_t first) const {
 }
 
 void RandomStream::normal(std::span<double> out, std::uint64_t first) const {
-  // Numbers 2k and 2k+1 are the cosine and sine of one pair: whole pairs are computed in place,
-  // halves separately.
+  // Numbers 2k and 2k+1 are the cosine and the sine of one pair. Whole pairs are computed in place;
+  // half of a pair is computed separately.
   std::array<double, 2> half{};
   std::size_t i = 0;
   if (first % 2 == 1 && !out.empty()) {

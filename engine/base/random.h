@@ -7,8 +7,8 @@
 
 namespace ensonify::engine {
 
-/// What a stream of random numbers is for. Streams of different purposes are independent. The
-/// numbers are part of the promise of equal bytes: never reuse or change one.
+/// What a stream of random numbers is for. Streams of different purposes are independent. Results
+/// have the same bytes only while these numbers stay: never change or reuse one.
 enum class Purpose : std::uint64_t {
   fractal_relief = 1,
   ripple_relief = 2,
@@ -42,8 +42,9 @@ enum class Purpose : std::uint64_t {
   ping_gain = 64,
 };
 
-/// Random numbers that depend only on (seed, purpose, what they belong to, index). There is no
-/// state, so threads, order and shards cannot change them. Philox4x64-10 (Salmon and others, SC11).
+/// Random numbers that depend only on the seed, the purpose, what they belong to, and their index.
+/// There is no state, so that threads, order and shards cannot change them. The generator is
+/// Philox4x64-10 (Salmon and others, SC11).
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, Purpose purpose, std::array<std::uint64_t, 3> belongs_to = {})
@@ -51,9 +52,10 @@ class RandomStream {
 
   /// Numbers first, first+1, … of the stream, uniform in (0, 1].
   void uniform(std::span<double> out, std::uint64_t first = 0) const;
-  /// The same, standard normal (Box-Muller).
+  /// Numbers first, first+1, …, with a standard normal distribution (Box-Muller).
   void normal(std::span<double> out, std::uint64_t first = 0) const;
-  /// The same, exponential of mean 1: the intensity of fully developed speckle.
+  /// Numbers first, first+1, …, exponentially distributed with mean 1, as the intensity of fully
+  /// developed speckle is.
   void exponential(std::span<double> out, std::uint64_t first = 0) const;
 
  private:
@@ -62,7 +64,8 @@ class RandomStream {
   std::array<std::uint64_t, 3> belongs_to_;
 };
 
-/// A Poisson distributed number of that mean, at most `most`, from a number uniform in (0, 1].
+/// A number with a Poisson distribution of this mean, limited to `most`. It is derived from a
+/// number that is uniform in (0, 1].
 std::size_t poisson_count(double mean, double uniform, std::size_t most);
 
 }  // namespace ensonify::engine

@@ -1,7 +1,6 @@
 #include <ensonify/engine/base/untrusted.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <vector>
 
 #include <fmt/format.h>
@@ -37,8 +36,7 @@ std::optional<std::size_t> too_deep_in_json(std::string_view json) {
 
 namespace {
 
-/// The byte after the string of a TOML text that begins at `i`. One that does not end: the end of
-/// its line or of the text.
+/// The byte after the TOML string that begins at `i`. Without an end, the end of its line or text.
 std::size_t end_of_toml_string(std::string_view toml, std::size_t i) {
   const char quote = toml[i];
   const std::string three(3, quote);
@@ -50,7 +48,7 @@ std::size_t end_of_toml_string(std::string_view toml, std::size_t i) {
       return i;
     else if (toml[i] == quote && !many_lines)
       return i + 1;
-    else if (toml.substr(i).starts_with(three))  // up to two more belong to it
+    else if (toml.substr(i).starts_with(three))  // up to two more quotes belong to the string
       return std::min(toml.find_first_not_of(quote, i), toml.size());
   }
   return toml.size();
@@ -59,8 +57,8 @@ std::size_t end_of_toml_string(std::string_view toml, std::size_t i) {
 }  // namespace
 
 std::optional<std::size_t> too_deep_in_toml(std::string_view toml) {
-  std::vector<int> brackets;  // the levels inside each bracket that is open
-  int levels = 0;             // at this place
+  std::vector<int> brackets;  // the number of levels inside each open bracket
+  int levels = 0;             // the number of levels at byte i
   for (std::size_t i = 0; i < toml.size(); ++i) {
     switch (toml[i]) {
       case '"':

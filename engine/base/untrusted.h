@@ -10,31 +10,32 @@
 
 namespace ensonify::engine {
 
-// Checks of the content of files and requests that are not trusted.
+// Checks of files and requests whose content is not trusted.
 
-/// The most bytes of JSON that are read from a file of a folder: some 50,000 targets. In memory
-/// they take about ten times as many.
+/// The largest size of a JSON file that is read, in bytes: about 50,000 targets. In memory the JSON
+/// takes about ten times as much.
 inline constexpr std::uintmax_t most_json_bytes = std::uintmax_t{1} << 27;
 
-/// Whether a path, with its links followed, is in a folder or below it. Both must exist.
+/// Whether a path lies in a folder or below it, after links are followed. Both must exist.
 bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 /// Whether a path stays inside the folder that it is relative to.
 bool stays_inside(const std::filesystem::path& path);
 
-/// The most lists, objects and tables in each other that a text from others may have. To copy,
-/// write or free them takes stack for each level.
+/// The largest number of levels (lists, objects and tables inside each other) that an untrusted
+/// text may have. Copying, writing or freeing it takes stack for each level.
 inline constexpr int most_levels = 64;
 
-/// The byte at which JSON has more levels than that; none if it has not.
+/// The byte at which a JSON text exceeds most_levels; none if it does not.
 std::optional<std::size_t> too_deep_in_json(std::string_view json);
 
-/// The byte at which one statement of a TOML text has more levels than that: a [table], or a key
-/// with its value; each dot of a key is a level, too. None if no statement has.
+/// The byte at which one statement of a TOML text exceeds most_levels; none if no statement does. A
+/// statement is a [table], or a key with its value; each dot of a key is a level, too.
 std::optional<std::size_t> too_deep_in_toml(std::string_view toml);
 
-/// The JSON of a text: the only way in which the engine parses it. Throws std::invalid_argument,
-/// with the byte and with `expected`, if it is not JSON or has more than `most_levels`.
+/// The JSON of a text. The engine parses JSON only with this function. Throws
+/// std::invalid_argument, with the position of the fault in bytes and with `expected`, if the text
+/// is not JSON or has more than `most_levels` levels.
 template <typename Json>
 Json json_of(std::string_view text, std::string_view expected = "") {
   const auto fault = [&](const std::string& what) {
@@ -53,7 +54,7 @@ Json json_of(std::string_view text, std::string_view expected = "") {
   }
 }
 
-/// The same; null where json_of() throws, for the content of a file that may be damaged.
+/// The JSON of a text, for a file that may be damaged; null if json_of() throws.
 template <typename Json>
 Json json_or_null(std::string_view text) {
   try {
@@ -64,16 +65,16 @@ Json json_or_null(std::string_view text) {
 }
 
 /// What is wrong with the content of a JSON file: the message of an exception, without the name and
-/// number that nlohmann's begin with.
+/// number at the beginning of messages of nlohmann's library.
 inline std::string fault_in_json(const std::exception& error) {
   const std::string_view message = error.what();
   const bool named = message.starts_with("[json.exception.");
   return std::string(message.substr(named ? message.find("] ") + 2 : 0));
 }
 
-/// The same JSON, if it is a whole number from 0 to `most`, or has only such numbers in its lists
-/// and objects. Throws std::out_of_range otherwise. (Of another number nlohmann's get<T>() makes
-/// any number, or its behaviour is undefined.)
+/// Returns `json` if it is a whole number from 0 to `most`, or if all numbers in its lists and
+/// objects are. Throws std::out_of_range otherwise. (For other numbers, nlohmann's get<T>() returns
+/// a wrong number or has undefined behaviour.)
 template <typename Json>
 const Json& whole_numbers(const Json& json,
                           std::uint64_t most = std::numeric_limits<std::uint64_t>::max()) {

@@ -5,10 +5,10 @@
 
 namespace ensonify::engine {
 
-/// How a long piece of work is done. Its result is the same on any number of threads.
+/// How a long computation is done. The result is the same with any number of threads.
 struct WorkControl {
-  int threads = 1;  ///< at most
-  /// Called often, by any thread. What it throws ends the work.
+  int threads = 1;  ///< the largest number of threads
+  /// Called often, by any thread. An exception that it throws ends the work.
   std::function<void()> stop_check = {};
 
   void check_stop() const {
@@ -16,7 +16,7 @@ struct WorkControl {
   }
 };
 
-/// Calls a stop check from an inner loop: at one of 65,536 calls.
+/// Calls a stop check from an inner loop, at one of 65,536 calls.
 class RareStopCheck {
  public:
   explicit RareStopCheck(const std::function<void()>& stop_check) : stop_check_(stop_check) {}

@@ -8,12 +8,12 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t max_shift = 24;                         // samples
-constexpr std::size_t around_pings = 4, around_samples = 15;  // of a local mean, either way
-constexpr double peak = 3.0;                                  // over the mean; more is an object
-constexpr double alike = 0.04;                                // correlation of a clear peak
+constexpr std::size_t around_pings = 4, around_samples = 15;  // of a local mean, in each direction
+constexpr double peak = 3.0;                                  // largest texture; more is an object
+constexpr double alike = 0.04;                                // least correlation of a clear peak
 constexpr std::size_t shifts = 2 * max_shift + 1;
 
-/// A row divided by its local mean, less 1; 0 before the bed begins.
+/// The texture of a ping: its row divided by the local mean, minus 1; 0 before the bed.
 class Texture {
  public:
   Texture(const RecordedLine& line, Side side, std::size_t first, std::size_t end)
@@ -46,10 +46,11 @@ class Texture {
   std::vector<double> sums_;
 };
 
-/// The correlation of pings with those `lag` pings later, by shift in samples, from -max_shift on.
+/// Sums for the correlation of pings with the pings `lag` pings later. The shift number `shift` is
+/// a shift by shift - max_shift samples.
 struct ShiftedProducts {
   std::array<double, shifts> products{};
-  double power = 0.0, sample_m = 0.0;  ///< sample_m is 0 without any pings to compare
+  double power = 0.0, sample_m = 0.0;  ///< sample_m is 0 if there are no pings to compare
 
   double correlation(std::size_t shift) const { return products[shift] / power; }
   std::size_t best() const {
@@ -61,12 +62,12 @@ ShiftedProducts shifted_products(const RecordedLine& line, Side side,
                                  std::size_t end, std::size_t lag) {
   ShiftedProducts sums;
   Texture texture(line, side, first, end);
-  std::vector<std::vector<float>> rows(lag + 1);  // of the newest pings
+  std::vector<std::vector<float>> rows(lag + 1);  // textures of the newest pings
   std::vector<std::size_t> begins(lag + 1, line.samples);
   for (std::size_t ping = first; ping < end; ++ping) {
     std::vector<float>& now = rows[ping % (lag + 1)];
     const std::vector<float>& before = rows[(ping + 1) % (lag + 1)];
-    const std::size_t begin = 2 * bed[ping];  // 30 degrees
+    const std::size_t begin = 2 * bed[ping];  // grazing angle of 30 degrees
     const bool shows = begin > 0 && begin + 4 * max_shift < line.samples;
     if (shows) texture.take(ping, begin, now);
     const std::size_t before_begin = begins[(ping + 1) % (lag + 1)],
@@ -95,9 +96,9 @@ std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
   if (!(next.sample_m > 0.0) || !(next.products[best] > alike * next.power) || best < 2 ||
       best + 3 > shifts)
     return std::nullopt;
-  // The peak between samples: the centre of gravity of the three largest products, less the larger
-  // of the two next to them (an object correlates at many shifts). A parabola through the three
-  // would be biased to whole samples.
+  // The peak lies between samples. It is the centre of gravity of the three products at the peak,
+  // after the larger of the two products beside these three is subtracted, because an object
+  // correlates at many shifts. A parabola through the three would be biased to whole samples.
   const double* const at = &next.products[best];
   const double around = std::max(at[-2], at[2]), below = std::max(at[-1] - around, 0.0),
                above = std::max(at[1] - around, 0.0);

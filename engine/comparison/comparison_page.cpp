@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t max_columns = 1000, max_rows = 1500;
 
-/// How many values a pixel covers so that there are at most that many pixels.
+/// The number of values per pixel so that `values` values take at most `most` pixels.
 std::size_t covered(std::size_t values, std::size_t most) {
   return std::max<std::size_t>(1, (values + most - 1) / most);
 }

@@ -10,22 +10,22 @@
 namespace ensonify::engine {
 
 /// A line as a grey picture of at most 1000 x 1500 pixels, port left and the newest ping on top. A
-/// pixel is the largest of the samples that it covers, to the power of 0.6; white is the 99.5th
-/// percentile.
+/// pixel shows the largest of the samples that it covers, divided by the 99.5th percentile of these
+/// maxima (white), to the power of 0.6.
 Picture picture_of(const RecordedLine& line);
 
-/// The parts of such a page, in HTML: its beginning up to the heading, the pictures, the table. A
-/// page ends with `</body></html>`.
+/// The parts of a page in HTML: the beginning up to the heading, the pictures of two lines, and the
+/// table of their statistics. The caller ends the page with `</body></html>`.
 std::string page_begin(const std::string& title);
 std::string picture_section(const std::string& name_a, const RecordedLine& a,
                             const std::string& name_b, const RecordedLine& b);
 std::string statistics_section(const std::string& name_a, const std::string& name_b,
                                std::span<const ComparedStatistic> statistics);
-/// A text as HTML shows it.
+/// A text with the characters that HTML reserves escaped.
 std::string html_text(const std::string& text);
 
-/// A page with the pictures of two lines side by side and the table of their statistics. It needs
-/// no other file.
+/// A page in HTML with the pictures of two lines side by side and the table of their statistics.
+/// The page needs no other file.
 std::string comparison_page(const std::string& name_a, const RecordedLine& a,
                             const std::string& name_b, const RecordedLine& b,
                             std::span<const ComparedStatistic> statistics);

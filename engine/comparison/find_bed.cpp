@@ -1,12 +1,9 @@
 #include <ensonify/engine/comparison/find_bed.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <span>
 
 #include <ensonify/engine/base/quantile.h>
@@ -15,11 +12,11 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t lasting = 8;  // samples
+constexpr std::size_t lasting = 8;  // successive samples that show a bed
 // A bed that is darker than the usual bed by this factor is not distinguished from water.
 constexpr double darkest_of_level = 3e-3;
 
-/// Means over 5 pings and 5 samples.
+/// Amplitudes as means over 5 pings and 5 samples.
 class Smooth {
  public:
   Smooth(const RecordedLine& line, Side side) : line_(line), side_(side), row_(line.samples) {}
@@ -50,15 +47,15 @@ double level_below(std::span<const double> row, double share) {
                              : quantile({row.begin(), row.end()}, share);
 }
 
-/// How the water column grows with range, by sample: a time-varied gain amplifies its noise.
+/// By sample: the growth of the water column with range, as a time-varied gain amplifies its noise.
 using Growth = std::vector<double>;
 
-/// The power that side lobes of a sweep without a window have at a sample, of the echoes behind it.
-/// A matched filter's are sinc(x), with a mean square of 1 / (2 pi^2 x^2) at x range cells, and
-/// echoes of different cells add by power. `cell` is a range cell in samples. What lies within it,
-/// or within the blur of the means, is no side lobe.
+/// The power at a sample from the side lobes of the echoes behind it, for a sweep without a window.
+/// A matched filter has the side lobes sinc(x), whose mean square at x range cells is 1 / (2 pi^2
+/// x^2); the echoes of different cells add by power. `cell` is a range cell in samples. Echoes
+/// within a cell, or within the width of the means, are not counted.
 double side_lobes_at(std::span<const double> row, std::size_t sample, double cell) {
-  constexpr std::size_t blur = 5, reach = 200;  // samples: what lies behind adds little
+  constexpr std::size_t blur = 5, reach = 200;  // samples; echoes beyond the reach add little
   double power = 0.0;
   const std::size_t end = std::min(sample + reach, row.size());
   for (std::size_t k = sample + std::max(blur, static_cast<std::size_t>(cell)); k < end; ++k) {
@@ -68,9 +65,9 @@ double side_lobes_at(std::span<const double> row, std::size_t sample, double cel
   return power * cell / (2.0 * std::numbers::pi * std::numbers::pi);
 }
 
-/// A range cell of the line's pulse in samples, from the far half of its rows: the correlation of
-/// speckle amplitudes is nearly that of their intensities, whose sum over all lags is a cell for a
-/// sweep without a window. A correlation that is small comes from the bed.
+/// The range cell of the line's pulse in samples, from the far half of the rows. For a sweep
+/// without a window it is the sum over all lags of the correlation of speckle intensities;
+/// amplitudes have nearly this correlation. Small correlations are from the bed and not used.
 double range_cell(const RecordedLine& line, Side side) {
   constexpr std::size_t block = 32, lags = 9, rows = 400;
   constexpr double small = 0.1;
@@ -91,21 +88,22 @@ double range_cell(const RecordedLine& line, Side side) {
   return cell;
 }
 
-/// What the water column of a line is known to have.
+/// Properties of the water column of a line.
 struct Water {
   Growth growth;              ///< empty: not known yet
-  std::size_t recorded_from;  ///< the first sample that was recorded
+  std::size_t recorded_from;  ///< the first sample that is recorded in all pings
   double cell;                ///< range_cell()
 };
 
-/// The sample at which the bed begins to rise out of the water column, before a sample that is
-/// clearly bed. A beam that looks away from the nadir receives the nearest bed only weakly, so that
-/// it emerges slowly. Before a bed that begins steeply, a sweep has side lobes that fall as slowly.
+/// The sample at which the bed begins to rise above the water column. `first` is a later sample
+/// that is clearly bed, and a sample below `lowest` is not bed. A beam that looks away from the
+/// nadir receives the nearest bed only weakly, so the samples rise slowly. The side lobes of a
+/// sweep before a steep rise look alike and are left out.
 std::size_t foot_of(std::span<const double> row, const Water& water, std::size_t first,
                     double lowest) {
-  // The bed may fill most of the samples before `first`, so the darkest fifth is the water. The
-  // mean of 25 Rayleigh amplitudes has a standard deviation of 0.1 of its mean: this is four of
-  // them above.
+  // The bed may fill most of the samples before `first`, so the darkest fifth is taken as water.
+  // The mean of 25 Rayleigh amplitudes has a standard deviation of 0.1 times its mean, so
+  // over_water is about four standard deviations above the mean.
   constexpr double water_share = 0.2, over_water = 1.5;
   std::vector<double> before;
   for (std::size_t k = std::max(first / 4, water.recorded_from); k < first; ++k)
@@ -123,21 +121,21 @@ std::size_t foot_of(std::span<const double> row, const Water& water, std::size_t
   while (foot > water.recorded_from && over_noise(foot - 1) &&
          !is_side_lobe(foot - 1, level * water.growth[foot - 1]))
     --foot;
-  return foot + bed_found_early < first ? foot : first;  // a shorter rise is blur of the means
+  return foot + bed_found_early < first ? foot : first;  // the means alone make a shorter rise
 }
 
 /// A place where the bed may begin.
 struct Rise {
   std::size_t sample = 0;
-  double echo_before = 0.0;  ///< share of the samples before it that are as bright as the bed
+  double echo_before = 0.0;  ///< share of the samples before the rise that are as bright as the bed
 };
 
-/// The first 8 rises of a ping, from near to far (later ones are texture of the bed); unset if the
-/// ping is silent. While the growth is not known they lie where the bed is clear.
+/// The first 8 rises of a ping, from near to far; later rises are texture of the bed. Unset if the
+/// ping is silent. If the growth is not known, a rise is the first sample that is clearly bed.
 std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Water& known) {
   const std::size_t recorded_from = known.recorded_from;
-  // The darkest tenth of the near half is taken as water. Without a water column the whole row
-  // counts as bed. Beyond some range there may be no echo: only samples above 0 count.
+  // The darkest tenth of the near half is taken as water. Without a water column the whole row is
+  // bed. Beyond some range there may be no echo, so the level is that of the samples above 0.
   const double water =
       level_below(row.first(std::max(row.size() / 2, recorded_from)).subspan(recorded_from), 0.1);
   std::vector<double> received;
@@ -163,22 +161,22 @@ std::optional<std::vector<Rise>> rises_of(std::span<const double> row, const Wat
     const std::size_t clear = k + 1 - lasting;
     const std::size_t first =
         known.growth.empty() ? clear : foot_of(row, known, clear, darkest_of_level * level);
-    if (rises.empty() || first > rises.back().sample)  // otherwise both have the same foot
+    if (rises.empty() || first > rises.back().sample)  // else the rise before has this foot, too
       rises.push_back({first, std::max(bright - lasting, 0.0) / static_cast<double>(clear)});
   }
   return rises;
 }
 
 Growth growth_of_water(Smooth& smooth, const RecordedLine& line, std::size_t recorded_from) {
-  constexpr double steepest = 2.0;  // 40 dB per factor of ten
+  constexpr double steepest = 2.0;  // amplitudes grow by at most 40 dB per factor of ten in range
   constexpr std::size_t fewest = 6;
   Growth growth(line.samples, 1.0);
-  std::vector<double> powers;  // of range
+  std::vector<double> powers;  // exponents of the growth with range, by ping
   for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
     const std::span<const double> row = smooth.row(ping);
     const auto rises = rises_of(row, {{}, recorded_from, 1.0});
     if (!rises || rises->empty()) continue;
-    // From a quarter to a half of the way to the bed.
+    // Compares the third and the fourth eighth of the samples before the bed.
     const std::size_t part = rises->front().sample / 8;
     if (part < fewest || 2 * part < recorded_from + 2) continue;
     const double change =
@@ -195,7 +193,7 @@ Growth growth_of_water(Smooth& smooth, const RecordedLine& line, std::size_t rec
 
 using BedSamples = std::vector<std::optional<double>>;
 
-/// By ping, where the stated altitude and pitch put the first echo of the bed.
+/// By ping: the first sample of the bed according to the stated altitude and pitch.
 BedSamples stated_samples(const RecordedLine& line) {
   BedSamples stated(line.pings.size());
   for (std::size_t i = 0; i < stated.size(); ++i) {
@@ -208,8 +206,8 @@ BedSamples stated_samples(const RecordedLine& line) {
   return stated;
 }
 
-/// Moves all of them by the distance to a rise, if at least half of the pings have about the same
-/// distance; otherwise removes all.
+/// Moves all stated samples by the distance to a rise that at least half of the pings have, within
+/// `near`. If there is no such distance, removes all stated samples.
 void move_to_rises(const std::vector<std::vector<Rise>>& rises, double near, BedSamples& stated) {
   std::vector<double> off;
   std::size_t pings = 0;
@@ -233,29 +231,28 @@ void move_to_rises(const std::vector<std::vector<Rise>>& rises, double near, Bed
       sample.reset();
 }
 
-/// How many pings the sonar made from one of these to the next: more than one if some were left
-/// out.
+/// The number of pings from one ping to another, more than one if pings between are missing.
 double pings_between(const RecordedPing& before, const RecordedPing& after) {
   return after.number > before.number ? static_cast<double>(after.number - before.number) : 1.0;
 }
 
-/// The rises that the bottom line takes, by ping: those of the chain with the least cost. Unset in
-/// the pings that the chain leaves out.
+/// By ping: the rise on the bottom line, which is the chain of rises with the least cost. Unset in
+/// pings that the chain leaves out.
 BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vector<Rise>>& rises,
                           double near, const BedSamples& stated) {
-  // The costs count in pings that are left out.
+  // The unit of costs is the cost of a ping that is left out.
   constexpr double jump = 50.0, not_as_stated = 0.5, all_echo_before = 0.25;
   constexpr std::size_t reach = 40;  // pings that a chain may leave out without a jump
   constexpr auto none = std::numeric_limits<std::size_t>::max();
   struct Link {
     std::size_t ping;
-    double sample, cost;  // the cost of the chain that ends here
-    std::size_t before;   // the link before
+    double sample, cost;  // the cost of the chain that ends at this link
+    std::size_t before;   // the link before; none: the chain begins here
   };
   std::vector<Link> links;
   std::vector<std::size_t> first_link;  // by ping
-  // The chain of the least cost among those that end farther back than the reach; all later pings
-  // count as left out.
+  // The last link of the chain with the least cost among the chains that end farther back than the
+  // reach; all later pings are left out.
   std::size_t far_back = none;
   const auto cost_at = [&](std::size_t link, std::size_t ping) {
     return links[link].cost + static_cast<double>(ping - links[link].ping - 1);
@@ -296,8 +293,8 @@ BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vecto
   return followed;
 }
 
-/// Whether the bed begins at the stated altitudes, long before the samples show it clearly: those
-/// behind them are brighter than the water before them, on the mean of all pings.
+/// Whether the bed begins at the stated altitudes, far before the samples show it clearly. Then the
+/// samples behind these altitudes are brighter, on average over all pings, than those before them.
 bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
                       const BedSamples& stated, const BedSamples& bed) {
   constexpr double long_before = 1.08, brighter = 1.15, standard_errors = 3.0;
@@ -321,7 +318,7 @@ bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
     late.push_back(*bed[i] / *stated[i]);
     before += mean(0.7 * edge, 0.92 * edge);
     level += mean(*bed[i], static_cast<double>(line.samples));
-    // Up to halfway to the bed at most, because it begins a little earlier in single pings.
+    // At most up to halfway to the found bed, which begins a little earlier in single pings.
     const double its = mean(edge, std::min(long_before * edge, 0.5 * (edge + *bed[i])));
     behind += its;
     squares += its * its;
@@ -329,12 +326,12 @@ bool begins_as_stated(const RecordedLine& line, Side side, const Growth& growth,
   const auto pings = static_cast<double>(late.size());
   if (2.0 * pings < static_cast<double>(bed.size()) || !(median(std::move(late)) > long_before))
     return false;
-  const double error = std::sqrt(std::max(squares - behind * behind / pings, 0.0));  // of the sum
+  const double error = std::sqrt(std::max(squares - behind * behind / pings, 0.0));  // of `behind`
   return behind - standard_errors * error > std::max(brighter * before, darkest_of_level * level);
 }
 
-/// Whether the recording begins behind the bed: the altitudes of most pings say so, and no sample
-/// is much darker than the usual ones, as water is.
+/// Whether the recording begins behind the first echo of the bed: the altitudes of most pings state
+/// this, and no samples are much darker than the median, as water would be.
 bool begins_behind_bed(Smooth& smooth, std::size_t recorded_from, const BedSamples& stated) {
   constexpr double much_darker = 2.0;  // 6 dB
   const auto before = static_cast<std::size_t>(std::ranges::count_if(
@@ -349,12 +346,12 @@ bool begins_behind_bed(Smooth& smooth, std::size_t recorded_from, const BedSampl
   return 2 * ratios.size() >= stated.size() && median(std::move(ratios)) < much_darker;
 }
 
-/// As FoundBed::water_darker_db. Before a line that was found behind a dark part of the bed, water
-/// and the nearest bed are bright. Fish may be as bright, but not in all of a dark column.
+/// FoundBed::water_darker_db. If the line was found too far, behind a dark part of the bed, parts
+/// before it are bright bed. Fish may be bright, too, but do not fill all of a dark column.
 double water_darker_db(const RecordedLine& line, Side side, std::size_t recorded_from,
                        const BedSamples& bed) {
   constexpr std::size_t fewest = 8;  // samples
-  // The transmit leakage lies before, and the bed rises between.
+  // Shares of the bed's range. The transmit leakage is before 0.33; the bed rises from 0.92 to 1.1.
   constexpr std::array<double, 4> parts{0.33, 0.53, 0.73, 0.92};
   constexpr double bed_begin = 1.1, bed_end = 2.0;
   constexpr double dark_db = 10.0;
@@ -429,7 +426,7 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
   found.stated = (most_stated && (few_followed || ranges_are_even(line, side))) ||
                  begins_behind_bed(smooth, recorded_from, as_stated);
   if (!found.stated) {
-    // A line that is too short in pings, or too dark, to be followed: the rises as they are.
+    // With too few or too dark pings for a chain, the first rise of each ping is used.
     for (std::size_t i = 0; few_followed && i < pings; ++i)
       bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
     found.water_darker_db = water_darker_db(line, side, recorded_from, bed);
@@ -456,8 +453,9 @@ FoundBed find_bed(const RecordedLine& line, Side side) {
 }
 
 bool ranges_are_even(const RecordedLine& line, Side side) {
-  constexpr std::size_t parts = 48, leakage = 50;  // the part of the range that it may fill
-  constexpr double even = 0.1;  // recordings without such a gain have 0.4 or more
+  constexpr std::size_t parts = 48,
+                        leakage = 50;  // the transmit leakage may fill 1/50 of the range
+  constexpr double even = 0.1;         // relative deviation; without such a gain it is 0.4 or more
   const std::size_t begin = line.samples / leakage;
   if (line.samples < 2 * parts ||
       std::ranges::any_of(line.pings, [](const auto& ping) { return ping.unrecorded > 0; }))

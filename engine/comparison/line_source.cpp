@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files of one recording, in their order.
+/// A line of a recording with several files, which are in the order of the recording.
 RecordedLine line_of_recording(const std::vector<fs::path>& files, const std::string& sonar) {
   std::vector<RecordedLine> lines = read_recordings(files);
   const std::string name = files.front().string();
@@ -44,8 +44,8 @@ RecordedLine line_of_recording(const std::vector<fs::path>& files, const std::st
   return std::move(line);
 }
 
-/// The recordings of a run by the sonar's name, or common_recording; those of its parts in their
-/// order. They are the XTF, or the JSF if there is none.
+/// The recordings of a run, by the sonar's name or common_recording; files of parts are in the
+/// order of the parts. The files are XTF files, or JSF files if there is no XTF file.
 std::map<std::string, std::vector<fs::path>> recordings_of_run(const fs::path& folder) {
   std::map<std::string, std::vector<fs::path>> found;
   for (const std::string_view extension : {".xtf", ".jsf"}) {
@@ -62,11 +62,6 @@ std::map<std::string, std::vector<fs::path>> recordings_of_run(const fs::path& f
     if (!found.empty()) break;
   }
   return found;
-}
-
-bool has_images(const fs::path& folder) {
-  return std::ranges::any_of(files_of_run(folder),
-                             [](const fs::path& file) { return file.extension() == ".exr"; });
 }
 
 RecordedLine line_of_recordings(const fs::path& folder,
@@ -87,7 +82,8 @@ RecordedLine line_of_recordings(const fs::path& folder,
 }
 
 RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
-  if (!has_images(folder))
+  const auto is_image = [](const fs::path& file) { return file.extension() == ".exr"; };
+  if (std::ranges::none_of(files_of_run(folder), is_image))
     if (const auto recordings = recordings_of_run(folder); !recordings.empty())
       return line_of_recordings(folder, recordings, sonar);
   const RecordedRun run = read_recorded_run(folder, sonar, Positions::navigation);
@@ -119,7 +115,7 @@ RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
   return line;
 }
 
-/// Whether a folder is a run's; otherwise it has pictures.
+/// Whether a folder is the folder of a run; if not, it has pictures.
 bool is_of_run(const fs::path& folder) {
   return fs::exists(folder / "manifest.json") || pictures_of(folder).empty();
 }

@@ -12,7 +12,8 @@
 
 namespace ensonify::engine {
 
-/// Appends rows of a run's image.
+/// Appends the first `rows` rows of an image of a run, with the columns of `sides`, to a line. The
+/// line's `samples` must be set.
 template <class Value>
 void add_image_rows(Sides sides, const std::vector<Value>& values, std::size_t rows,
                     RecordedLine& line) {
@@ -23,15 +24,16 @@ void add_image_rows(Sides sides, const std::vector<Value>& values, std::size_t r
                  std::back_inserter(layout.mirrored(sector) ? line.port : line.starboard));
 }
 
-/// A line of a recording (XTF, JSF; its alike_pings(), with a warning if there are others), of a
-/// run's folder (its layer `sample`, as the sonar recorded it, or its recordings if it has no EXR),
-/// or of a folder of pictures (line_of_pictures()). `sonar` chooses among several: a run's sonar by
-/// its name, a recording's line by its number from 1; empty: the only one. Throws RecordingError or
-/// SceneError for what cannot be read and for a choice that is not there.
+/// Reads a line from one of three kinds of places. From a recording (XTF, JSF) it takes the
+/// alike_pings(), with a warning if there are other pings. From a run's folder it takes the layer
+/// `sample`, or the run's recordings if the run has no EXR. From a folder of pictures it takes
+/// line_of_pictures(). `sonar` chooses one of several: a sonar of a run by its name, a line of a
+/// recording by its number from 1; empty: there is only one. Throws RecordingError or SceneError if
+/// the place cannot be read or `sonar` is not in it.
 RecordedLine read_line(const std::filesystem::path& place, const std::string& sonar);
 
-/// The files that read_line() may read at a place. Throws std::filesystem::filesystem_error for a
-/// folder that cannot be read.
+/// The files that read_line() may read at a place. Throws std::filesystem::filesystem_error if the
+/// place is a folder that cannot be read.
 std::vector<std::filesystem::path> files_of_line(const std::filesystem::path& place);
 
 }  // namespace ensonify::engine

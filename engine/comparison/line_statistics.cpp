@@ -1,12 +1,10 @@
 #include <ensonify/engine/comparison/line_statistics.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -22,14 +20,18 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t fewest = 20;               // blocks or samples that give a value
-constexpr double normal_median_square = 0.4549;  // of a normal distribution of variance 1
+constexpr std::size_t fewest = 20;               // least blocks or samples for a value
+constexpr double normal_median_square = 0.4549;  // for a normal distribution of variance 1
 
 double median_of_enough(std::vector<double> values) {
   return values.size() < fewest ? unknown : median(std::move(values));
 }
 
-/// Sums for a mean that needs enough samples.
+double share_of_enough(double some, std::size_t all) {
+  return all < fewest ? unknown : some / static_cast<double>(all);
+}
+
+/// The sum of samples for a mean; the mean of too few samples is unknown.
 struct Mean {
   double sum = 0.0;
   std::size_t count = 0;
@@ -37,20 +39,21 @@ struct Mean {
     sum += value;
     ++count;
   }
-  double value() const { return count < fewest ? unknown : sum / static_cast<double>(count); }
+  double value() const { return share_of_enough(sum, count); }
 };
 
-/// A block of the bed whose samples differ.
+/// The statistics of a block of the bed, whose samples are not all equal.
 struct Block {
   double grazing_rad, mean, variance, skew, kurtosis;
-  std::size_t bright;  ///< samples over 4 times the mean
+  std::size_t bright;  ///< number of samples above 4 times the mean
   std::array<double, 4> range_correlation;
   std::array<double, 3> track_correlation;
 };
 constexpr std::array<std::size_t, 4> range_lags{1, 2, 4, 8};
 constexpr std::array<std::size_t, 3> track_lags{1, 2, 4};
 
-/// Correlation about the mean of samples some pings and some samples apart.
+/// The correlation, about the mean of a block, of samples that are `pings` pings and `samples`
+/// samples apart. The block begins at (ping, sample).
 double correlation(const RecordedLine& line, Side side, std::size_t ping, std::size_t sample,
                    const Block& block, std::size_t pings, std::size_t samples) {
   double sum = 0.0;
@@ -100,25 +103,26 @@ std::vector<Block> blocks_of(const RecordedLine& line, Side side, std::span<cons
   return blocks;
 }
 
-/// What both sides of some pings are made of.
+/// The collected values of both sides of some pings.
 struct Samples {
   std::vector<Block> blocks;
-  std::array<Mean, 18> power_by_grazing;  // of 5 degrees each
-  std::array<Mean, 10> power_by_range;    // tenths of the range
+  std::array<Mean, 18> power_by_grazing;  // in steps of 5 degrees
+  std::array<Mean, 10> power_by_range;    // in tenths of the range
   std::array<Mean, 2> bed_power;          // by side
   std::size_t silent = 0, rows = 0;
   std::vector<double> column;     // amplitudes of the water column
-  std::size_t column_bright = 0;  // of these, over 3 times the median of their ping
-  std::vector<double> first_m;    // range of the first return, by ping and side
-  std::vector<double> wander_m;   // its distance from the mean over the neighbouring pings
+  std::size_t column_bright = 0;  // number of these above 3 times the median of their row
+  std::vector<double> first_m;    // range of the first return, for each row
+  std::vector<double> wander_m;   // |first_m - its mean over 21 neighbouring pings|
   std::vector<double> overshoot_db;
-  std::vector<double> row_brightness;            // the bed's mean over that of the pings around
-  std::array<std::optional<double>, 2> drift_m;  // of the bed per ping, by side
+  std::vector<double> row_brightness;            // |mean of the bed / that of 21 pings - 1|
+  std::array<std::optional<double>, 2> drift_m;  // bed_drift_m(), by side
   std::array<std::vector<double>, tone_lags.size()> tone_changes_db2;
   std::size_t clipped = 0, all = 0;
 };
 
-/// Calls take(value, mean) for each value with 10 others on either side; the mean is of all 21.
+/// Calls take(value, mean) for each value that has 10 values before and 10 values behind it; `mean`
+/// is the mean of these 21 values.
 template <class F>
 void over_neighbours(const std::vector<double>& values, F&& take) {
   constexpr std::size_t reach = 10;
@@ -160,7 +164,7 @@ void add_side(const LineWithBed& line, Side side, std::size_t first, std::size_t
       sum += row[k];
     }
     brightness.push_back(sum / static_cast<double>(line.samples - begin));
-    // Beyond the transmit leakage, and clear of the first return.
+    // The water column, without the transmit leakage and without the samples just before the bed.
     const std::size_t from = std::max(begin / 3, line.pings[ping].unrecorded);
     const std::size_t until = begin - std::min(begin, begin / 10 + 3);
     if (from < until) {
@@ -191,7 +195,7 @@ void add_side(const LineWithBed& line, Side side, std::size_t first, std::size_t
   });
 }
 
-/// Median of a number of the blocks whose grazing angle lies between two, degrees.
+/// The median of number(block) over the blocks with a grazing angle in [low_deg, high_deg).
 template <class F>
 double of_blocks(const Samples& samples, double low_deg, double high_deg, F&& number) {
   std::vector<double> values;
@@ -263,30 +267,24 @@ std::vector<LineStatistic> line_statistics(const LineWithBed& line, std::size_t 
         std::sqrt(median_of_enough(samples.tone_changes_db2[i]) / normal_median_square));
   add_of_path("sideways_drift_m",
               sideways_drift_m(samples.drift_m[0], samples.drift_m[1]).value_or(unknown));
-  add("ping_brightness",
-      1.4826 * median_of_enough(samples.row_brightness));  // sd of a normal distribution
+  // 1.4826 times the median deviation is the standard deviation of a normal distribution.
+  add("ping_brightness", 1.4826 * median_of_enough(samples.row_brightness));
   const double column = median_of_enough(samples.column);
   add("column_over_bed_db", scatter::amplitude_to_db(column / std::sqrt(bed_power)));
   add("column_over_bed", column / std::sqrt(bed_power));
-  add("column_bright_per_10000", samples.column.size() < fewest
-                                     ? unknown
-                                     : 1e4 * static_cast<double>(samples.column_bright) /
-                                           static_cast<double>(samples.column.size()));
+  add("column_bright_per_10000",
+      share_of_enough(1e4 * static_cast<double>(samples.column_bright), samples.column.size()));
   add_of_path("first_return_m", median_of_enough(samples.first_m));
   add_of_path("first_return_wander_m", 1.4826 * median_of_enough(samples.wander_m));
   add("first_return_overshoot_db", median_of_enough(samples.overshoot_db));
-  add("clipped_share", samples.all < fewest ? unknown
-                                            : static_cast<double>(samples.clipped) /
-                                                  static_cast<double>(samples.all));
+  add("clipped_share", share_of_enough(static_cast<double>(samples.clipped), samples.all));
   add("port_over_starboard_db", scatter::to_db(port.value() / starboard.value()));
-  add("silent_share", samples.rows < fewest ? unknown
-                                            : static_cast<double>(samples.silent) /
-                                                  static_cast<double>(samples.rows));
+  add("silent_share", share_of_enough(static_cast<double>(samples.silent), samples.rows));
   return all;
 }
 
 double ComparedStatistic::ratio() const {
-  constexpr double rounding = 1e-5;  // of a file: JSF has the time of a sample in nanoseconds
+  constexpr double rounding = 1e-5;  // of a file: JSF has sample intervals in whole nanoseconds
   const double difference = std::abs(b - a);
   return difference <= rounding * std::abs(a) ? 0.0 : difference / spread;
 }

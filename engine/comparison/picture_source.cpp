@@ -4,7 +4,6 @@
 #include <array>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
@@ -21,9 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double max_pixels = 268435456.0;  // 2^28, of all pictures
+constexpr double max_pixels = 268435456.0;  // 2^28, in all pictures together
 
-/// The rows of a picture from the bottom up, oldest ping first, each split at its middle.
+/// Appends the rows of a picture from the bottom up, so that the oldest ping is first. Each row is
+/// divided into sides at its middle.
 void add_picture(const fs::path& file, RecordedLine& line) {
   [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
   refine::require_file<RecordingError>(file);
@@ -44,7 +44,7 @@ void add_picture(const fs::path& file, RecordedLine& line) {
     fail(fmt::format("is {} pixels wide, and those before it {}; expected pictures of one width",
                      columns, 2 * line.samples));
   line.samples = half;
-  const int channels = std::min(picture->GetRasterCount(), 3);  // without opacity
+  const int channels = std::min(picture->GetRasterCount(), 3);  // without the channel of opacity
   std::vector<float> row(static_cast<std::size_t>(columns)), channel(row.size());
   for (int r = rows - 1; r >= 0; --r) {
     std::ranges::fill(row, 0.0f);

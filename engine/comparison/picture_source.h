@@ -7,13 +7,13 @@
 
 namespace ensonify::engine {
 
-/// The pictures (PNG, JPEG) that a folder has itself, in the order of their names.
+/// The pictures (PNG, JPEG) directly in a folder, in the order of their names.
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& folder);
 
-/// The pictures of a folder, in the order of their names, as one line: each is a waterfall of both
-/// sides with the newest ping on top, port left and the sonar in its middle, all of one width.
-/// Amplitudes are brightnesses (of colours, the mean of their channels); the range is not stated.
-/// Throws RecordingError.
+/// The pictures of a folder, in the order of their names, as one line. Each picture is a waterfall
+/// of both sides with the newest ping on top, port left and the sonar in the middle. All pictures
+/// have one width. The amplitude is the pixel's brightness (of a colour, the mean of its channels);
+/// no range is stated. Throws RecordingError for pictures that cannot be read or differ in width.
 RecordedLine line_of_pictures(const std::filesystem::path& folder);
 
 }  // namespace ensonify::engine

@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// The level of a block, dB; NaN if it has water or silence.
+/// The level of a block, dB; NaN if the block begins before the bed or has zeros only.
 double level_db(const RecordedLine& line, Side side, std::span<const std::size_t> bed,
                 std::size_t ping, std::size_t sample) {
   double power = 0.0;

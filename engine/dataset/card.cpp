@@ -8,11 +8,14 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/refine/printable.h>
 
 namespace ensonify::engine {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 constexpr std::size_t bins = 10, longest_bar = 40;
 
@@ -29,10 +32,11 @@ std::string_view size_category(std::size_t pictures) {
                               : "1M<n<10M";
 }
 
-/// The configurations of a group for the Hub's ImageFolder. It takes the types of the columns from
-/// the first rows of each split's metadata.jsonl, and refuses a configuration whose splits differ
-/// (folder_based_builder.py; types that the card states do not help). The boxes of a split without
-/// any target are empty lists, which have no type: such splits have a separate configuration.
+/// The configurations of a group for the Hub's ImageFolder. ImageFolder finds the types of the
+/// columns in the first rows of each split's metadata.jsonl, and refuses a configuration whose
+/// splits have different types (folder_based_builder.py), also if the card states the types. In a
+/// split without any target the boxes are empty lists, which have no type. So such splits have a
+/// separate configuration.
 std::string configs_of(const std::string& group, const std::map<std::string, bool>& splits) {
   std::map<std::string, std::string> paths;  // by the name of the configuration
   const bool any_targets = std::ranges::any_of(splits, [](const auto& one) { return one.second; });
@@ -46,7 +50,8 @@ std::string configs_of(const std::string& group, const std::map<std::string, boo
   return text;
 }
 
-/// What the Hub reads of a card: with it, load_dataset(FOLDER, GROUP) finds pictures and splits.
+/// The part of a card that the Hub reads, for load_dataset(FOLDER, GROUP) to find pictures and
+/// splits.
 std::string hub_metadata(const Card& card) {
   std::string text;
   const auto out = std::back_inserter(text);
@@ -64,7 +69,7 @@ std::string hub_metadata(const Card& card) {
   return text + "---\n\n";
 }
 
-/// A text as one printable line: for a cell of a table, an item of a list or a heading.
+/// A text as one printable line of Markdown: for a cell of a table, an item of a list or a heading.
 std::string one_line(std::string_view text) {
   std::string line;
   for (const char c : text) {
@@ -72,6 +77,57 @@ std::string one_line(std::string_view text) {
     line += c == '\n' || c == '\r' ? ' ' : c;
   }
   return refine::printable(line);
+}
+
+/// The context that Croissant's appendix 1 recommends, as far as this file uses its words.
+Json context() {
+  Json json = {{"@language", "en"},
+               {"@vocab", "https://schema.org/"},
+               {"sc", "https://schema.org/"},
+               {"cr", "http://mlcommons.org/croissant/"},
+               {"dct", "http://purl.org/dc/terms/"},
+               {"conformsTo", "dct:conformsTo"},
+               {"data", {{"@id", "cr:data"}, {"@type", "@json"}}},
+               {"dataType", {{"@id", "cr:dataType"}, {"@type", "@vocab"}}}};
+  for (const char* word : {"extract", "field", "fileProperty", "fileSet", "includes", "key",
+                           "recordSet", "regex", "source", "transform"})
+    json[word] = std::string("cr:") + word;
+  return json;
+}
+
+Json field(const std::string& id, const std::string& type) {
+  return {{"@type", "cr:Field"}, {"@id", id}, {"name", id}, {"dataType", type}};
+}
+
+/// The records of a group of pictures: each picture, its file, and its split (the folder's name).
+Json pictures_of(const std::string& group) {
+  const Json set = {{"@id", group + "_pictures"}};
+  Json image = field(group + "/image", "sc:ImageObject");
+  image["source"] = {{"fileSet", set}, {"extract", {{"fileProperty", "content"}}}};
+  Json name = field(group + "/file_name", "sc:Text");
+  name["source"] = {{"fileSet", set}, {"extract", {{"fileProperty", "filename"}}}};
+  Json split = field(group + "/split", "sc:Text");
+  split["source"] = {{"fileSet", set},
+                     {"extract", {{"fileProperty", "fullpath"}}},
+                     {"transform", {{"regex", ".*/(train|val|test)/[^/]*"}}}};
+  return {{"@type", "cr:RecordSet"},
+          {"@id", group},
+          {"name", group},
+          {"key", {{"@id", group + "/file_name"}}},
+          {"field", {image, name, split}}};
+}
+
+Json classes_of(const Card& card) {
+  Json data = Json::array();
+  for (std::size_t i = 0; i < card.classes.size(); ++i)
+    data.push_back({{"classes/number", i + 1}, {"classes/name", card.classes[i]}});
+  return {{"@type", "cr:RecordSet"},
+          {"@id", "classes"},
+          {"name", "classes"},
+          {"dataType", "sc:Enumeration"},
+          {"key", {{"@id", "classes/number"}}},
+          {"field", {field("classes/number", "sc:Integer"), field("classes/name", "sc:Text")}},
+          {"data", data}};
 }
 
 }  // namespace
@@ -151,6 +207,42 @@ std::string Card::markdown() const {
                    fmt::join(overrides, "`, `-D "));
   fmt::format_to(out, "```toml\n{}```\n", recipe);
   return text;
+}
+
+std::string croissant_json(const Card& card, std::span<const IndexFile> files) {
+  Json distribution = Json::array(), records = Json::array({classes_of(card)});
+  for (const IndexFile& file : files)
+    distribution.push_back(
+        {{"@type", "cr:FileObject"},
+         {"@id", file.name},
+         {"name", file.name},
+         {"contentUrl", file.name},
+         {"contentSize", fmt::format("{} B", file.size_bytes)},
+         {"encodingFormat",
+          file.name.ends_with(".jsonl") ? "application/jsonlines" : "application/json"},
+         {"sha256", file.sha256}});
+  for (const auto& [group, splits] : card.hub) {
+    distribution.push_back({{"@type", "cr:FileSet"},
+                            {"@id", group + "_pictures"},
+                            {"name", group + "_pictures"},
+                            {"encodingFormat", "image/png"},
+                            {"includes", fmt::format("hub/{}/*/*.png", group)}});
+    records.push_back(pictures_of(group));
+  }
+  Json json = {{"@context", context()},
+               {"@type", "sc:Dataset"},
+               {"conformsTo", "http://mlcommons.org/croissant/1.0"},
+               {"name", card.heading()},
+               {"description", card.description()},
+               {"version", "1.0.0"}};
+  if (!card.licence.empty())
+    json["license"] = fmt::format("https://spdx.org/licenses/{}", card.licence);
+  if (!card.url.empty()) json["url"] = card.url;
+  if (!card.creator.empty()) json["creator"] = {{"@type", "sc:Person"}, {"name", card.creator}};
+  if (!card.published.empty()) json["datePublished"] = card.published;
+  json["distribution"] = distribution;
+  json["recordSet"] = records;
+  return json_text(json, 1) + "\n";
 }
 
 }  // namespace ensonify::engine

@@ -12,7 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/dataset/dataset_json.h>
 
 namespace ensonify::engine {
 
@@ -22,7 +22,7 @@ struct SampleRecord {
   std::map<std::string, nlohmann::ordered_json> images;
 };
 
-/// Whether the key "xxh128" is the hash of the others.
+/// Whether the key "xxh128" has the hash of the other keys.
 bool fits_its_hash(nlohmann::ordered_json json);
 
 /// The finished samples of a dataset, in folders or in tars, checked against their hashes.
@@ -39,20 +39,21 @@ class CheckedSamples {
   bool finished(std::size_t sample) const { return folders_.finished(sample); }
   /// The sample's folder, or its tar.
   std::filesystem::path place(std::size_t sample) const;
-  /// Reads and checks every file of a sample. None if one is damaged; `damage` then names the file
-  /// and the damage. Throws std::system_error if the disk refuses to read it.
+  /// Reads and checks every file of a sample. None if a file is damaged; `damage` then names the
+  /// file and the damage. Throws std::system_error if the disk cannot read a file.
   std::optional<SampleRecord> read(std::size_t sample, std::string& damage);
-  /// The size of a file of the sample that was read last; none if it is not one of its files.
+  /// The size of a file of the sample last given to read(); none if it has no such file.
   std::optional<std::uint64_t> size_bytes(std::size_t sample, const std::string& name) const;
-  /// The path of a sample's file in the dataset's folder, also of one in a tar.
+  /// The path of a sample's file relative to the dataset's folder. For a file in a tar: the tar's
+  /// path, then the name in the tar.
   std::string path_of(std::size_t sample, const std::string& name) const;
   std::string content_of(std::size_t sample, const std::string& name) const;
-  /// The file itself, of a sample that is not in a tar.
+  /// The path of a file. Only for a sample that is not in a tar.
   std::filesystem::path file(std::size_t sample, const std::string& name) const {
     return folders_.sample(sample) / name;
   }
-  /// Passes the files of all samples to f, by their names in tars, in the order of these names.
-  /// `sample` is the sample of a file; of one in a tar, the tar's first.
+  /// Calls f with every file of all samples, in the order of `name`. `name` is the file's name in a
+  /// tar. `sample` is the file's sample, or the first sample of its tar.
   void for_each_file(const std::function<void(std::size_t sample, const std::string& name,
                                               std::span<const std::byte> content)>& f) const;
 

@@ -3,7 +3,6 @@
 #include <exception>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,10 +12,9 @@
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 nlohmann::ordered_json json_in(const std::string& name, const std::string& text) {
   try {
@@ -26,9 +24,9 @@ nlohmann::ordered_json json_in(const std::string& name, const std::string& text)
   }
 }
 
-/// Passes the files below a sample's folder to f, with their names relative to it. Throws
-/// std::runtime_error for a link that leads out of the dataset: its content would get into what is
-/// merged.
+/// Calls f with the name (relative to the folder) and the path of each file below a sample's
+/// folder. Throws std::runtime_error for a link that leads out of the dataset, because the merge
+/// would copy the content of a file outside.
 template <class F>
 void for_each_file_below(const fs::path& folder, const fs::path& dataset, const F& f) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
@@ -61,7 +59,8 @@ std::string CheckedSamples::name_of(std::size_t sample, const std::string& file)
   return in_tar(sample) ? SampleFolders::name_in_tar(sample, file) : file;
 }
 
-/// A tar is read once for all its samples, which follow each other.
+/// Reads the sizes and hashes of a sample's files into seen_. A tar is read only once: it has
+/// consecutive samples, and seen_ then has the files of all of them.
 void CheckedSamples::see_files_of(std::size_t sample) {
   const std::size_t tar = in_tar(sample) ? sample / per_tar_ : none;
   if (tar != none && tar == seen_tar_) return;
@@ -124,7 +123,7 @@ std::optional<SampleRecord> CheckedSamples::read(std::size_t sample, std::string
     }
     return record;
   } catch (const std::system_error& error) {
-    // What the disk refuses may be whole.
+    // If the disk cannot read a file, the file may be undamaged.
     if (error.code() != std::errc::no_such_file_or_directory &&
         error.code() != std::errc::not_a_directory)
       throw;

@@ -8,8 +8,6 @@
 #include <limits>
 #include <optional>
 
-#include <fmt/format.h>
-
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
 
@@ -35,17 +33,17 @@ struct Box {
   std::size_t rows() const { return high[1] - low[1]; }
 };
 
-/// What resembles a target: a target of another class, or connected pixels of the bed.
+/// What resembles a target: a target of a class that is not chosen, or connected pixels of the bed.
 struct Lookalike {
   const Target* target = nullptr;
   Box box;
   std::size_t area_px = 0;
-  std::vector<std::size_t> pixels;  ///< row * columns + column of the picture; none for a target
+  std::vector<std::size_t> pixels;  ///< row * columns + column of the picture; empty for a target
 };
 
-/// Where a chip of `length` pixels begins on one axis of a line of `line` pixels: with its middle
-/// in the middle of [low, high), or as near to that as it shows all of [must_low, must_high), which
-/// is not longer, and lies in the line.
+/// The first pixel of a chip with `length` pixels, on one axis of a line with `line` pixels. The
+/// chip's middle is as near as possible to the middle of [low, high), with two conditions: the chip
+/// shows all of [must_low, must_high), which is not longer than the chip, and it lies in the line.
 std::size_t start_of(std::size_t low, std::size_t high, std::size_t must_low, std::size_t must_high,
                      std::size_t length, std::size_t line) {
   const auto number = [](std::size_t pixels) { return static_cast<std::ptrdiff_t>(pixels); };
@@ -56,17 +54,18 @@ std::size_t start_of(std::size_t low, std::size_t high, std::size_t must_low, st
       std::clamp(showing, std::ptrdiff_t{0}, number(line) - number(length)));
 }
 
-/// Numbers that are added to a line's geometry (0 or 1), so that each use has its own streams.
+/// Numbers that are added to the line's geometry (0 or 1), so that each use has separate streams.
 enum StreamUse : std::size_t { for_backgrounds = 0, for_margins = 2, for_hard_negatives = 4 };
 
-/// Each stream's numbers for a margin, or for the choice of a size, come after those for places.
+/// In each stream the numbers before this index are for places. The number at this index is for a
+/// margin or for the choice of a size.
 constexpr std::uint64_t margin_draw = 1000;
 
 constexpr std::size_t smallest_lookalike_px = 8;
-/// For each hard negative there are this many candidates: the largest lookalikes of each class.
+/// Candidates are the largest lookalikes of each class: this many for each hard negative.
 constexpr std::size_t lookalikes_per_chip = 4;
 
-/// The index among `count` that a number in (0, 1] chooses.
+/// The index from 0 to count - 1 that a number in (0, 1] chooses.
 std::size_t index(double share, std::size_t count) {
   return std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
 }
@@ -76,15 +75,7 @@ class Chooser {
   Chooser(const LabelledImage& line, const std::map<std::uint32_t, TargetRecord>& targets,
           const std::vector<std::string>& classes, const DatasetOptions& dataset,
           const ImageNumber& image)
-      : line_(line),
-        targets_(targets),
-        classes_(classes),
-        dataset_(dataset),
-        options_(dataset.chips),
-        image_(image),
-        columns_(line.labels.columns()),
-        rows_(line.labels.rows()),
-        fixed_(chip_size(options_, line.size())) {}
+      : line_(line), targets_(targets), classes_(classes), dataset_(dataset), image_(image) {}
 
   std::vector<Chip> choose() {
     for (const auto& [instance, record] : targets_) add_target(instance, record);
@@ -112,8 +103,8 @@ class Chooser {
     return box;
   }
 
-  /// The size of the chip about a box. A relative one is square on the ground, and not larger than
-  /// the line. `number` chooses its margin.
+  /// The size of the chip about a box. If the size is relative to the box, the chip is a square in
+  /// metres and not larger than the line, and `number` chooses the margin.
   Rectangle size_about(const Box& box, StreamUse use, std::uint64_t number) const {
     if (fixed_) return {0, 0, fixed_->columns, fixed_->rows};
     std::array<double, 1> u{};
@@ -129,7 +120,7 @@ class Chooser {
             std::min(rows_, pixels_of(edge_m, line_.along_m))};
   }
 
-  /// A chip of a size about a box, of which it shows all of `must`, which is not larger.
+  /// A chip of this size about a box. It shows all of `must`, which is not larger than the chip.
   Rectangle about(const Box& box, const Box& must, Rectangle size) const {
     size.column =
         start_of(box.low[0], box.high[0], must.low[0], must.high[0], size.columns, columns_);
@@ -137,9 +128,10 @@ class Chooser {
     return size;
   }
 
-  /// A chip of a size about a target: with the whole body, and as much of the shadow as there is
-  /// room for. On an axis on which the body is longer than the chip, the middle is the body's pixel
-  /// nearest to the middle of its box, which may itself lie beside a bent body.
+  /// A chip of this size about a target, with the whole body and as much of the shadow as there is
+  /// room for. On an axis on which the body is longer than the chip, the chip's middle is the
+  /// body's pixel that is nearest to the middle of the body's box. (The middle of the box itself
+  /// may be outside a bent body.)
   Rectangle about_target(const Target& target, const Rectangle& size) const {
     Box whole = box_of(target), body;
     body.extend(shown_part(target));
@@ -160,7 +152,7 @@ class Chooser {
     return box.columns() > size.columns || box.rows() > size.rows;
   }
 
-  /// Column and row of the pixel of a target's shown part that is nearest to the middle of its box.
+  /// Column and row of the pixel of shown_part(target) that is nearest to the middle of its box.
   std::array<std::size_t, 2> middle_pixel(const Target& target, const Box& box) const {
     const BinLayers& layers = line_.labels.pixels;
     const bool of_shadow = target.body.area_px == 0;
@@ -169,7 +161,8 @@ class Chooser {
       return in_shadow == of_shadow &&
              (of_shadow ? layers.shadow_instance : layers.instance)[i] == target.instance;
     };
-    const auto off = [&](std::size_t at, std::size_t i) {  // half pixels from the middle
+    const auto off = [&](std::size_t at,
+                         std::size_t i) {  // distance from the middle in half pixels
       return static_cast<double>(2 * at + 1) - static_cast<double>(box.low[i] + box.high[i]);
     };
     std::array<std::size_t, 2> nearest = box.low;
@@ -191,12 +184,12 @@ class Chooser {
     const Rectangle size = size_about(box_of(record.target), for_margins, instance);
     Box body;
     body.extend(shown_part(record.target));
-    // A chip does not show what a long feature is, for example a trawl mark.
+    // A feature larger than the chip, for example a trawl mark, cannot be recognised in it.
     if (!record.is_object() && is_larger(body, size)) return;
     chips_.push_back({about_target(record.target, size), "chip", record.class_name, instance});
   }
 
-  /// Whether the rectangle contains no pixel of a target. of_any: of any target; otherwise only
+  /// Whether the rectangle contains no pixel of a target or its shadow. If `of_any` is false, only
   /// targets of the chosen classes count.
   bool is_free(const Rectangle& part, bool of_any) const {
     const BinLayers& layers = line_.labels.pixels;
@@ -213,7 +206,8 @@ class Chooser {
     return true;
   }
 
-  /// A chip at a random place, with the size of one of the first `targets` chips.
+  /// Adds a chip at a random place, with the fixed size or that of one of the first `targets`
+  /// chips.
   void add_background(std::size_t targets, int number) {
     constexpr int tries = 200;
     const RandomStream places = stream(for_backgrounds, static_cast<std::uint64_t>(number));
@@ -260,8 +254,8 @@ class Chooser {
     }
   }
 
-  /// As about a target. About the middle of the bed's pixels, or, if they need more than the chip,
-  /// about one of them.
+  /// A chip about a lookalike: a target as in about_target(); pixels of the bed with their middle,
+  /// or with one of them if they do not fit into the chip (`share` chooses it).
   Rectangle about_lookalike(const Lookalike& alike, std::uint64_t number, double share) const {
     const Rectangle size = size_about(alike.box, for_hard_negatives, number);
     if (alike.target) return about_target(*alike.target, size);
@@ -272,7 +266,7 @@ class Chooser {
     return about(one_pixel, one_pixel, size);
   }
 
-  /// The largest lookalikes of each class, and of shadows.
+  /// By class, or "shadow": the largest lookalikes, at most `most`.
   std::map<std::string, std::vector<Lookalike>> lookalikes(std::size_t most) const {
     std::map<std::string, std::vector<Lookalike>> kinds;
     const std::size_t least =
@@ -291,7 +285,8 @@ class Chooser {
     return kinds;
   }
 
-  /// Connected pixels of the shadows of the relief, and of ground that is not plain seabed.
+  /// Each group of connected pixels that are shadows of the relief, or ground of a class other than
+  /// "seabed"; with "shadow" or the class.
   std::vector<std::pair<std::string, Lookalike>> groups_of_bed() const {
     const BinLayers& layers = line_.labels.pixels;
     constexpr std::uint32_t nothing = ~0u, shadow = ~0u - 1;
@@ -336,10 +331,11 @@ class Chooser {
   const std::map<std::uint32_t, TargetRecord>& targets_;
   const std::vector<std::string>& classes_;
   const DatasetOptions& dataset_;
-  const ChipOptions& options_;
+  const ChipOptions& options_ = dataset_.chips;
   const ImageNumber image_;
-  const std::size_t columns_, rows_;
-  const std::optional<PieceSize> fixed_;  // the size of all chips; none: relative to the target
+  const std::size_t columns_ = line_.labels.columns(), rows_ = line_.labels.rows();
+  // The size of all chips; none: sizes are relative to boxes.
+  const std::optional<PieceSize> fixed_ = chip_size(options_, line_.size());
   std::vector<Chip> chips_;
 };
 

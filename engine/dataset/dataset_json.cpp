@@ -13,6 +13,7 @@
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/masks.h>
+#include <ensonify/engine/output/tar.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -36,7 +37,7 @@ std::string first_difference(const std::string& written, const std::string& want
   }
 }
 
-/// What sets the dataset of a folder apart from the one that is asked for.
+/// The difference between the dataset of a folder and the wanted dataset, for a message.
 std::string what_differs(const Json& written, const Json& wanted) {
   const std::string old_recipe = written.value("recipe", ""), recipe = wanted.value("recipe", "");
   if (old_recipe != recipe) return first_difference(old_recipe, recipe);
@@ -51,7 +52,7 @@ std::string what_differs(const Json& written, const Json& wanted) {
   return "it was made by another version of the program";
 }
 
-/// Adds the hash of all keys.
+/// Adds the key "xxh128": the hash of all other keys.
 Json with_hash(Json json) {
   json["xxh128"] = xxh128(json_text(json));
   return json;
@@ -175,6 +176,29 @@ bool is_whole_sample(const fs::path& folder, std::size_t number,
           !names.contains(entry.path().lexically_relative(folder).string()))
         refuse(entry.path(), "not a file of the sample");
   return whole;
+}
+
+SampleFolders::SampleFolders(fs::path dataset, std::size_t samples_per_tar)
+    : dataset_(std::move(dataset)), samples_per_tar_(samples_per_tar) {}
+
+bool SampleFolders::finished(std::size_t number) const {
+  // A tar appears before its samples' folders are removed, so this order misses none.
+  return fs::exists(sample(number)) ||
+         (samples_per_tar_ > 0 && is_whole_tar(tar(number / samples_per_tar_)));
+}
+
+fs::path SampleFolders::sample(std::size_t number) const {
+  return dataset_ / "samples" / name_of(number);
+}
+fs::path SampleFolders::tar(std::size_t number) const {
+  return dataset_ / "tars" / (name_of(number) + ".tar");
+}
+std::string SampleFolders::name_of(std::size_t sample) { return fmt::format("{:06}", sample); }
+
+std::string SampleFolders::name_in_tar(std::size_t sample, const std::string& file) {
+  const std::size_t slash = file.find('/');
+  if (slash == std::string::npos) return fmt::format("{:06}.{}", sample, file);
+  return fmt::format("{:06}-{}-{}", sample, file.substr(0, slash), file.substr(slash + 1));
 }
 
 }  // namespace ensonify::engine

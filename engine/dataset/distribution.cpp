@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 namespace ensonify::engine {
-
 namespace {
 
 std::uint32_t reversed(std::uint32_t bits) {
@@ -17,8 +16,8 @@ std::uint32_t reversed(std::uint32_t bits) {
   return result;
 }
 
-/// A hash of the seed and of the higher bits decides whether each bit is flipped (Laine & Karras,
-/// Computer Graphics Forum 30, 1265, 2011; constants by Burley).
+/// Flips bits. For each bit, a hash of the seed and of the higher bits decides whether it is
+/// flipped (Laine & Karras, Computer Graphics Forum 30, 1265, 2011; constants by Burley).
 std::uint32_t scrambled(std::uint32_t bits, std::uint32_t seed) {
   std::uint32_t x = reversed(bits) + seed;
   for (const std::uint32_t factor : {0x6c50b47cu, 0xb82f1e52u, 0xc7afe638u, 0x8d22f6e6u})
@@ -61,8 +60,8 @@ bool Distribution::gives_only_words() const {
 bool matches(std::string_view text, std::string_view pattern) {
   constexpr std::size_t none = std::string_view::npos;
   std::size_t in_text = 0, in_pattern = 0;
-  // The last * so far, and where in the text what follows it is tried. An earlier * need not be
-  // tried again: what it would skip in addition, the last one can skip.
+  // The last * of the pattern so far, and the place in the text from which on the rest of the
+  // pattern is tried. An earlier * need not be tried again, because the last * can skip the same.
   std::size_t star = none, tried = 0;
   while (in_text < text.size()) {
     if (in_pattern < pattern.size() && pattern[in_pattern] == '*') {
@@ -84,7 +83,7 @@ bool matches(std::string_view text, std::string_view pattern) {
 const std::pair<const std::string, Distribution>* Distribution::entry_for(
     const std::string& value) const {
   auto entry = table.find(value);
-  std::ptrdiff_t most_given = -1;  // of the characters of a matching name
+  std::ptrdiff_t most_given = -1;  // characters of a matching name that are not *
   if (entry == table.end())
     for (auto one = table.begin(); one != table.end(); ++one) {
       const std::string& name = one->first;

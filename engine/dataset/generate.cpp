@@ -15,10 +15,8 @@
 #include <ensonify/engine/base/clock.h>
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/products.h>
-#include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
-#include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/scene_paths.h>
@@ -43,7 +41,7 @@ std::size_t tar_size(const Recipe& recipe) {
   return static_cast<std::size_t>(std::max(1, recipe.options().samples_per_tar));
 }
 
-/// The tars (or samples) of a shard.
+/// The tars of a shard, or the samples if there are no tars.
 Interval units_of(const Recipe& recipe, const Shard& shard) {
   const std::size_t units = (recipe.samples() + tar_size(recipe) - 1) / tar_size(recipe);
   return {shard.begin(units), shard.end(units)};
@@ -58,13 +56,13 @@ bool is_made(const SampleFolders& folders, std::size_t sample, const std::string
   try {
     if (fs::exists(folder)) return is_whole_sample(folder, sample, dataset_xxh128);
   } catch (const SceneError&) {
-    // Another process may have removed it for a tar meanwhile.
+    // Another process may have put the sample into a tar meanwhile, and removed its folder.
     if (fs::exists(folder)) throw;
   }
   return folders.finished(sample);
 }
 
-/// The same for each of some samples. Calls on_sample() before each, which may throw.
+/// For each of these samples, whether is_made(). Calls on_sample(), which may throw, before each.
 template <class OnSample>
 std::vector<char> are_made(const SampleFolders& folders, const Interval& samples,
                            const std::string& dataset_json, int threads, OnSample&& on_sample) {
@@ -91,9 +89,10 @@ void stage_copy(const fs::path& file, const fs::path& copy) {
   stage(copy, refine::read_file(file));
 }
 
-/// Throws SceneError unless these copies are the files behind the copy of a scene's file, so that
-/// it is read as the original. They are not if a mosaic names its sources by absolute paths, or if
-/// a link has another name than its file, and so than the files beside that.
+/// Throws SceneError unless `copies` are the files behind `copy`, the copy of a scene's file, so
+/// that reading the copy gives the same as reading the original. The copies differ if a mosaic
+/// names its sources by absolute paths, or if the scene names a link whose name is not that of its
+/// file, because the files next to it have the name of the file.
 void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy,
                        std::string_view key, const InputFile& file) {
   try {
@@ -106,8 +105,8 @@ void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy
       key, file.name));
 }
 
-/// Copies the files that a scene names by relative paths, and those behind them, so that it finds
-/// them in its own folder.
+/// Copies the files that a scene names by relative paths, and the files behind them, to a folder,
+/// so that the scene in this folder finds them.
 void stage_files(const Scene& scene, const fs::path& folder) {
   for_each_file(scene, [&](std::string_view key, const InputFile& file) {
     if (file.name.empty() || file.name.starts_with(data_prefix)) return;
@@ -123,9 +122,9 @@ void stage_files(const Scene& scene, const fs::path& folder) {
   });
 }
 
-/// Assigns samples to workers so that two workers rarely need the same seafloor at the same time: a
-/// worker finishes its seafloor, then takes a seafloor that no worker has begun, and only then
-/// helps with another's.
+/// Assigns samples to workers so that two workers rarely need the same seafloor at the same time. A
+/// worker first makes all samples of its seafloor, then takes a seafloor that no worker has begun.
+/// If there is none, it takes samples of another worker's seafloor.
 class Schedule {
  public:
   explicit Schedule(const std::map<std::size_t, std::vector<std::size_t>>& samples_by_seafloor) {
@@ -155,16 +154,16 @@ class Schedule {
   std::set<std::size_t> begun_;
 };
 
-/// Prepared seafloors; each is kept while a worker uses it.
+/// The prepared seafloors that workers use. A seafloor is freed when no worker uses it.
 class Seafloors {
  public:
   using Pointer = std::shared_ptr<const PreparedSeafloor>;
 
   /// Prepares seafloor `number`, or waits while another worker prepares it.
   Pointer get(std::size_t number, const Scene& scene, const Preparation& how) {
-    const std::shared_ptr<Place> place = place_of(number);
-    const std::lock_guard lock(place->mutex);
-    std::weak_ptr<const PreparedSeafloor>& known = place->prepared[preparation_key(scene)];
+    Place& place = place_of(number);
+    const std::lock_guard lock(place.mutex);
+    std::weak_ptr<const PreparedSeafloor>& known = place.prepared[preparation_key(scene)];
     Pointer prepared = known.lock();
     if (!prepared) known = prepared = prepare_seafloor(scene, how);
     return prepared;
@@ -175,34 +174,12 @@ class Seafloors {
     std::mutex mutex;
     std::map<PreparationKey, std::weak_ptr<const PreparedSeafloor>> prepared;
   };
-  std::shared_ptr<Place> place_of(std::size_t number) {
+  Place& place_of(std::size_t number) {
     const std::lock_guard lock(mutex_);
-    std::shared_ptr<Place>& place = places_[number];
-    if (!place) place = std::make_shared<Place>();
-    return place;
+    return places_[number];
   }
   std::mutex mutex_;
-  std::map<std::size_t, std::shared_ptr<Place>> places_;
-};
-
-/// Sums the time spent in each stage of a run.
-class StageClock {
- public:
-  explicit StageClock(std::map<std::string, double>& stages_s) : stages_s_(stages_s) {}
-  void enter(std::string_view stage) {
-    leave();
-    stage_ = stage;
-  }
-  void leave() {
-    if (!stage_.empty()) stages_s_[stage_] += seconds_since(since_);
-    since_ = Clock::now();
-    stage_.clear();
-  }
-
- private:
-  std::map<std::string, double>& stages_s_;
-  std::string stage_;
-  Clock::time_point since_ = Clock::now();
+  std::map<std::size_t, Place> places_;  // a place stays where it is when others are added
 };
 
 class Generator {
@@ -280,13 +257,12 @@ class Generator {
     Schedule schedule(todo_);
     refine::parallel_for(workers, static_cast<int>(workers), [&](std::size_t, int) {
       std::optional<std::size_t> seafloor;
-      Seafloors::Pointer kept;  // for the next sample
+      Seafloors::Pointer kept;  // the seafloor of the last sample, perhaps also of the next one
       while (const auto sample = schedule.next(seafloor)) do_sample(*sample, kept);
     });
   }
 
-  /// Waits for the samples that other processes have claimed, and makes those that they do not
-  /// finish.
+  /// Waits for the samples that other processes have claimed, and makes those that they leave.
   void wait_for_others() {
     using namespace std::chrono_literals;
     while (!others_.empty()) {
@@ -339,8 +315,8 @@ class Generator {
     }
   }
 
-  /// Removes a sample's folder in one step, so that no process ever sees a part of it. What cannot
-  /// be removed is left to the next claim of `place`, which this process has claimed.
+  /// Removes a sample's folder in one step, so that no process ever sees a part of it. This process
+  /// must have claimed `place`. The next process that claims it removes what is left.
   static void discard(const fs::path& folder, const fs::path& place) {
     const StagingFolder staging(place);
     fs::rename(folder, staging.path() / folder.filename());
@@ -348,15 +324,22 @@ class Generator {
 
   void make_sample(std::size_t number, const fs::path& place, Seafloors::Pointer& kept,
                    std::map<std::string, double>& stages_s) {
-    StageClock clock(stages_s);
-    clock.enter("recipe");
+    std::string current;
+    Clock::time_point since = Clock::now();
+    // Adds the time since the last call to the current stage, then begins the next stage.
+    const auto enter = [&](std::string_view next) {
+      if (!current.empty()) stages_s[current] += seconds_since(since);
+      since = Clock::now();
+      current = next;
+    };
+    enter("recipe");
     const SampleScene sample = recipe_.sample(number);
     StagingFolder staging(place);
-    const auto on_stage = [&](std::string_view stage) {
-      clock.enter(stage == "pings" ? "ping" : stage == "files" ? "encode" : stage);
+    const auto on_stage = [&](std::string_view name) {
+      enter(name);
       report_progress();
     };
-    clock.enter("wait");
+    enter("wait");
     Seafloors::Pointer before = std::exchange(kept, nullptr);
     kept = seafloors_.get(sample.seafloor, sample.scene,
                           {.cache = control_.cache,
@@ -365,39 +348,36 @@ class Generator {
                            .stop_check = [this] { report_progress(); },
                            .memory = memory_each_});
     before.reset();
-    clock.enter("tree");
+    enter("tree");
 
-    double products_disk_s = 0.0;
     std::string_view running;
+    const auto on_progress = [&](std::string_view now, std::size_t, std::size_t) {
+      if (now != running)
+        enter((running = now) == "pings" ? "ping" : now == "files" ? "encode" : "tree");
+      report_progress();
+      return true;
+    };
+    double products_disk_s = 0.0;
+    const auto on_outputs = [&](const RunOutputs& outputs) {
+      products_disk_s = write_products(recipe_.options(), sample, outputs, staging.path(),
+                                       {control_.memory, [this] { report_progress(); }});
+    };
     const RunReport run_report = run(sample.scene, staging.path(),
                                      {.threads = threads_each_,
-                                      .progress =
-                                          [&](std::string_view now, std::size_t, std::size_t) {
-                                            if (now != running)
-                                              clock.enter((running = now) == "pings" ? "ping"
-                                                          : now == "files"           ? "encode"
-                                                                                     : "tree");
-                                            report_progress();
-                                            return true;
-                                          },
+                                      .progress = on_progress,
                                       .cache = control_.cache,
                                       .seafloor = kept,
                                       .memory = memory_each_,
                                       .growing_picture = false,
                                       .staged = true,
-                                      .on_outputs =
-                                          [&](const RunOutputs& outputs) {
-                                            products_disk_s = write_products(
-                                                recipe_.options(), sample, outputs, staging.path(),
-                                                {control_.memory, [this] { report_progress(); }});
-                                          }});
-    clock.enter("disk");
+                                      .on_outputs = on_outputs});
+    enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
     stage_files(sample.scene, staging.path());
     stage(staging.path() / "sample.json",
           sample_json(number, sample, dataset_json_, staging.path()));
     staging.put_in_place();
-    clock.leave();
+    enter("");
     const double disk_s = run_report.disk_s + products_disk_s;
     stages_s["encode"] -= disk_s;
     stages_s["disk"] += disk_s;
@@ -417,7 +397,10 @@ class Generator {
       const fs::path place = folders_.tar(unit);
       const Claim claim = wait_for(place);
       if (!is_whole_tar(place)) make_tar(samples, place);
-      if (is_whole_tar(place)) remove_samples(samples, place);
+      if (!is_whole_tar(place)) continue;
+      for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
+        if (const fs::path folder = folders_.sample(sample); fs::exists(folder))
+          discard(folder, place);
     }
     report_.stages_s["disk"] += seconds_since(start);
   }
@@ -442,11 +425,6 @@ class Generator {
     tar.finish();
   }
 
-  void remove_samples(const Interval& samples, const fs::path& tar) {
-    for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
-      if (const fs::path folder = folders_.sample(sample); fs::exists(folder)) discard(folder, tar);
-  }
-
   const Recipe& recipe_;
   const GenerateControl& control_;
   SampleFolders folders_;
@@ -459,7 +437,7 @@ class Generator {
   Seafloors seafloors_;
   int threads_each_ = 1;
   MemoryLimit memory_each_;
-  std::mutex mutex_;  // of the members below, report_ and warned_
+  std::mutex mutex_;  // guards the members below, report_ and warned_
   std::vector<std::size_t> others_;
   std::size_t done_ = 0;
   bool stop_ = false;

@@ -13,17 +13,18 @@
 namespace ensonify::engine {
 namespace {
 
-/// `count` pixels of one source row, from `from` on, are copied to one target row, from `to` on.
+/// `count` pixels of one row of the source are copied to one row of the target. `from` and `to` are
+/// the indices of the first pixel.
 struct Run {
   std::size_t to, from, count;
 };
 
-/// Which pixels of one image become which of another. Both count from the oldest ping.
+/// Which pixels of a source become which pixels of a target. Indices count from the oldest ping.
 class PixelMap {
  public:
   void start_row() { in_row_ = false; }
-  /// Adds a target pixel and the source pixel it copies. A target row must take all its pixels from
-  /// one source row.
+  /// Adds a pixel of the target and the pixel of the source that it copies. All pixels of a row of
+  /// the target must come from one row of the source.
   void add(std::size_t to, std::size_t from) {
     if (in_row_ && runs_.back().to + runs_.back().count == to &&
         runs_.back().from + runs_.back().count == from)
@@ -40,7 +41,7 @@ class PixelMap {
   bool in_row_ = false;
 };
 
-/// std::copy_n(), but without its call for a few numbers, which costs more than they do.
+/// std::copy_n(), but without its call for a few numbers, for which the call takes longer.
 template <class Value>
 void copy_run(const Value* from, std::size_t count, Value* to) {
   constexpr std::size_t few = 8;
@@ -58,9 +59,8 @@ void for_each_label(F&& f) {
   f(&BinLayers::class_id);
 }
 
-/// Copies pixels of labels.
 void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
-  // In blocks, so that the runs are read from the cache for each layer.
+  // In blocks of runs, so that the runs of a block are in the processor's cache for every layer.
   constexpr std::size_t block = 1024;
   for (std::size_t begin = 0; begin < map.runs().size(); begin += block) {
     const std::span<const Run> runs =
@@ -73,7 +73,7 @@ void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage
   }
 }
 
-/// The same for labels and pictures. Pictures have the oldest ping at the bottom.
+/// Copies labels and pictures. Pictures have the oldest ping at the bottom.
 void gather(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
   gather_labels(from, map, to);
   const auto in_picture = [](std::size_t pixel, const LabelledImage& image) {
@@ -91,8 +91,8 @@ void gather(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
   }
 }
 
-/// A pixel of a picture with other pixels along one axis: the pixels that it covers, and how much
-/// of each.
+/// A pixel of a resampled picture, along one axis: the source's pixels that it covers, and the part
+/// of the new pixel that each has.
 struct Covered {
   std::size_t first = 0;
   std::vector<double> shares;  // their sum is 1
@@ -129,7 +129,7 @@ Picture averaged(const Picture& from, std::size_t columns, std::size_t rows) {
   return to;
 }
 
-/// What a pixel of a view takes while it is gathered: its labels, a Run, and the pictures.
+/// The bytes of a pixel while it is gathered: its labels, at most one Run, and the pictures.
 double bytes_per_pixel(std::span<const Picture> pictures) {
   double bytes = sizeof(Run);
   const BinLayers layers;
@@ -138,7 +138,7 @@ double bytes_per_pixel(std::span<const Picture> pictures) {
   return bytes;
 }
 
-/// A waterfall without labels, with a number of rows.
+/// A waterfall with this number of rows, whose labels are all 0.
 Waterfall unlabelled(const Sonar& sonar, std::size_t rows) {
   Waterfall waterfall(sonar, 0);
   waterfall.pings.resize(rows);
@@ -148,7 +148,7 @@ Waterfall unlabelled(const Sonar& sonar, std::size_t rows) {
   return waterfall;
 }
 
-/// An empty view like another one, with a number of pixels.
+/// An image like `view` without pictures, with this number of pixels, whose labels are all 0.
 LabelledImage empty_like(const LabelledImage& view, std::size_t columns, std::size_t rows) {
   Sonar sonar = view.labels.sonar;
   sonar.sides = Sides::port;  // one side can have any number of columns
@@ -192,7 +192,7 @@ ViewSize slant_size(const Waterfall& line) {
 }
 
 ViewSize ground_size(const Waterfall& line, double pixel_m) {
-  // The factor keeps a whole number of pixels whole in spite of rounding.
+  // The factor is there because a quotient that should be whole may be rounded to less.
   const double bins = std::floor(line.sonar.range_m / pixel_m * (1.0 + 1e-9));
   if (bins < 1.0)
     throw std::invalid_argument(fmt::format(
@@ -309,7 +309,7 @@ LabelledImage resampled(const LabelledImage& view, std::size_t columns, std::siz
   const std::size_t from_columns = view.labels.columns(), from_rows = view.labels.rows();
   result.across_m *= static_cast<double>(from_columns) / static_cast<double>(columns);
   result.along_m *= static_cast<double>(from_rows) / static_cast<double>(rows);
-  // The pixel at the middle of pixel i.
+  // The source's pixel at the middle of pixel i.
   const auto nearest = [](std::size_t i, std::size_t from, std::size_t to) {
     return (2 * i + 1) * from / (2 * to);
   };

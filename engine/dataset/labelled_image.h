@@ -16,11 +16,11 @@ struct Rectangle {
   std::size_t column = 0, row = 0, columns = 0, rows = 0;
 };
 
-/// The size of a line's view, which is known without its pixels.
+/// The size of a picture of a line. It is known without the line's pixels.
 struct ViewSize {
   std::string name;  ///< the sonar's; in ground range with "_ground" appended
   std::size_t columns = 0, rows = 0;
-  double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track on average
+  double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track the mean
 };
 
 /// A line as pictures and labels, all with the same pixels.
@@ -33,49 +33,51 @@ struct LabelledImage {
 
   ViewSize size() const { return {name, labels.columns(), labels.rows(), across_m, along_m}; }
   Rectangle whole() const { return {0, 0, labels.columns(), labels.rows()}; }
-  /// The pixel of a picture that lies at this place in the layers, and the other way round: they
-  /// count rows from opposite ends.
+  /// The index in the layers of a picture's pixel, and also the index in a picture of the layers'
+  /// pixel: pictures and layers count rows from opposite ends.
   std::size_t flipped(std::size_t row, std::size_t column) const {
     return (labels.rows() - 1 - row) * labels.columns() + column;
   }
 };
 
-/// How far along the track each row of a line lies: the vehicle's way over ground from the first
-/// ping, plus the beam's offset along the array. Rows of several beams may overlap.
+/// The place (m) of each row of a line along the track: the vehicle's way over ground from the
+/// first ping, plus the beam's offset along the array. The rows of consecutive pings may overlap if
+/// there are several beams.
 std::vector<double> rows_along_m(const Waterfall& line);
 
 /// The length of track that a line's rows cover.
 double length_along_m(const Waterfall& line);
 
-/// The size of slant_view() and of ground_view(), from the sonar and the pings of a line. Throws
-/// std::invalid_argument if pixel_m is longer than the range.
+/// The sizes of slant_view() and ground_view() from the sonar and the pings of a line.
+/// ground_size() throws std::invalid_argument if pixel_m is longer than the range.
 ViewSize slant_size(const Waterfall& line);
 ViewSize ground_size(const Waterfall& line, double pixel_m);
 
 /// The line in slant range, as recorded.
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 
-/// The line in ground range, as if the bed were level below each ping (Blondel, The Handbook of
-/// Sidescan Sonar, 2009, slant-range correction), from the sonar's height over it: square pixels of
-/// side pixel_m, each with the values of the nearest row and the bin at its slant range. Pixels
-/// without such a bin have no data. `stop_check` is called for each row; what it throws ends the
-/// work. Throws as ground_size(), and MemoryError if its pixels do not fit into the memory.
+/// The line in ground range (slant-range correction: Blondel, The Handbook of Sidescan Sonar,
+/// 2009). Slant ranges follow from the sonar's height over the bed, as if the bed were level below
+/// each ping. The pixels are squares with sides of pixel_m. Each has the values of the nearest row
+/// and of the bin at its slant range; a pixel without such a bin has no data. `stop_check` is
+/// called for each row; what it throws ends the work. Throws as ground_size(), and MemoryError if
+/// the pixels do not fit into the memory.
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m,
                           const MemoryLimit& memory = {},
                           const std::function<void()>& stop_check = {});
 
-/// How many pixels a length has, at least one; pixel_m is the across_m or along_m of a view. Throws
-/// std::invalid_argument if that is 0, because the line does not move.
+/// The number of pixels of a length, at least 1. `pixel_m` is the across_m or along_m of an image.
+/// Throws std::invalid_argument if it is 0, because then the vehicle does not move.
 std::size_t pixels_of(double length_m, double pixel_m);
 
-/// The share of a part's pixels that are seabed, object or shadow, not water.
+/// The share of the pixels in `part` that are seabed, object or shadow.
 double bed_share(const LabelledImage& view, const Rectangle& part);
 
-/// A rectangle of a view.
+/// The image of a rectangle of `view`.
 LabelledImage cut(const LabelledImage& view, const Rectangle& part);
 
-/// The view with other numbers of pixels: each label is that of the nearest pixel, each pixel of a
-/// picture the mean over its area.
+/// The image with other numbers of columns and rows. A label is that of the nearest pixel; a
+/// picture's pixel is the mean over its area.
 LabelledImage resampled(const LabelledImage& view, std::size_t columns, std::size_t rows);
 
 }  // namespace ensonify::engine

@@ -12,15 +12,8 @@
 
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/base/untrusted.h>
-#include <ensonify/engine/dataset/card.h>
-#include <ensonify/engine/dataset/checked_samples-inl.h>
-#include <ensonify/engine/dataset/croissant.h>
-#include <ensonify/engine/dataset/merged_files.h>
-#include <ensonify/engine/dataset/merged_layouts-inl.h>
 #include <ensonify/engine/dataset/picture_index-inl.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/dataset/sample_folder.h>
-#include <ensonify/engine/dataset/webdataset.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run.h>
@@ -35,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// A text that becomes a part of a file's name.
+/// A JSON string that becomes a part of a file's name. Throws std::runtime_error if it has a slash.
 std::string word_of(const Json& json) {
   auto word = json.get<std::string>();
   if (word.find('/') != word.npos)
@@ -84,7 +77,7 @@ class Merge {
   }
 
  private:
-  /// Reads the dataset's description.
+  /// Reads dataset.json into the members, and returns its samples.
   CheckedSamples described() {
     if (!fs::exists(folder_ / "dataset.json"))
       throw SceneError(fmt::format(
@@ -171,7 +164,7 @@ class Merge {
     if (image.at("kind") == "chip") count_chip(image);
     for (const Json& name : image.at("classes"))
       classes_shown_[split].insert(name.get<std::string>());
-    // A target whose parts have separate classes is not in the mask with its class.
+    // If the parts of a target have separate classes, the mask does not show the target's class.
     for (const Json& target : image.at("targets"))
       if (!target.at("ignored").get<bool>())
         classes_shown_[split].insert(target.at("class").get<std::string>());
@@ -194,7 +187,8 @@ class Merge {
     }
   }
 
-  /// Throws if a picture is not one of its sample's files, or has not enough bytes for its pixels.
+  /// Throws std::runtime_error if a picture is not one of its sample's files, or if it has too few
+  /// bytes for the number of its pixels.
   void check_picture(std::size_t number, const std::string& name, const Json& image) const {
     const std::optional<std::uint64_t> size_bytes = stored_.size_bytes(number, name);
     if (!size_bytes || !stays_inside(name))
@@ -206,7 +200,7 @@ class Merge {
           fmt::format("the picture '{}' cannot have {} x {} pixels", name, columns, rows));
   }
 
-  /// Counts a chip about a target, and whether it has no label of that target.
+  /// Counts chips of a target, and those of them without a label of their target.
   void count_chip(const Json& image) {
     const Json of = image.value("of_instance", Json());  // not in datasets of version 0.2
     if (of.is_null()) return;
@@ -300,7 +294,7 @@ class Merge {
     writer.finish();
   }
 
-  /// Whether the card shows a sample: a few, evenly chosen.
+  /// Whether the card shows a sample. It shows a few samples, evenly chosen.
   bool is_on_card(std::size_t number) const {
     constexpr std::size_t shown = 4;
     for (std::size_t k = 0; k < shown; ++k)
@@ -347,7 +341,7 @@ class Merge {
   IndexClasses classes_;
   Card card_;
   std::vector<std::string> wanted_splits_;
-  CheckedSamples stored_;  // its description gives the members above
+  CheckedSamples stored_;  // from described(), which also sets the members above
   MergedFiles files_;
   MergeReport report_;
   std::string manifest_;
@@ -356,7 +350,7 @@ class Merge {
   std::map<std::uint64_t, std::set<std::string>> splits_of_seabed_;  // by its seed
   std::set<std::string> groups_;
   PictureIndexes indexes_;
-  std::map<std::string, WebRecord> records_;  // by what their files' names in tars begin with
+  std::map<std::string, WebRecord> records_;  // by the beginning of their files' names in tars
   std::vector<IndexedPicture> on_card_;
 };
 

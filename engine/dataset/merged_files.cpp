@@ -1,7 +1,8 @@
 #include <ensonify/engine/dataset/merged_files.h>
 
-#include <span>
 #include <system_error>
+
+#include <fmt/format.h>
 
 #include <ensonify/engine/output/sha256.h>
 #include <ensonify/engine/output/staging.h>
@@ -57,13 +58,33 @@ void MergedFiles::remove_leftovers() const {
         fs::remove(entry.path(), ignored);
     }
   }
-  // Also of folders that this merge does not make.
+  // Also at folders that this merge does not make.
   for (const std::string name : {"hub", "webdataset", "yolo_segment/labels"}) {
     const fs::path place = folder_ / name;
     if (fs::exists(place.parent_path()) &&
         StagingFolder::places_with_remains(place.parent_path()).contains(place.filename().string()))
       StagingFolder::try_claim(place, [&] { step("old files of " + name, 0, 1); });
   }
+}
+
+void WebDatasetWriter::add(const std::string& group_name, const std::string& key,
+                           const std::string& extension, std::span<const std::byte> content) {
+  Group& group = groups_[group_name];
+  if (group.key != key) {
+    if (group.records % records_per_tar == 0) {
+      if (group.tar) group.tar->finish();
+      group.tar = std::make_unique<TarFile>(
+          folder_ / fmt::format("{}-{:06}.tar", group_name, group.records / records_per_tar));
+    }
+    group.key = key;
+    ++group.records;
+  }
+  group.tar->add(key + "." + extension, content);
+}
+
+void WebDatasetWriter::finish() {
+  for (auto& [name, group] : groups_) group.tar->finish();
+  groups_.clear();
 }
 
 }  // namespace ensonify::engine

@@ -1,10 +1,15 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include <ensonify/engine/dataset/checked_samples-inl.h>
+#include <ensonify/engine/dataset/merged_files.h>
 
 namespace ensonify::engine {
 
@@ -18,21 +23,21 @@ struct IndexClasses {
 struct IndexedPicture {
   std::size_t sample = 0;
   std::string name;      ///< in the sample's folder
-  std::string segments;  ///< its outlines, rows of YOLO's segmentation format
+  std::string segments;  ///< the outlines in it, as rows of YOLO's segmentation format
 };
 
-/// Where a picture and the masks that belong to it lie, relative to the dataset's folder.
+/// The paths of a picture and its masks, relative to the dataset's folder.
 struct PicturePaths {
   std::string picture;
   nlohmann::ordered_json masks;  ///< by kind of mask
 };
 
-/// The pictures of one geometry, kind and split, and what the files about them contain. Boxes are
-/// [column, row, columns, rows]; category numbers begin with 1 in COCO and the Hub, with 0 in YOLO.
+/// The pictures of one geometry, kind and split, and the content of the files about them. Boxes are
+/// [column, row, columns, rows]. Category numbers begin with 1 in COCO and the Hub, with 0 in YOLO.
 class PictureIndex {
  public:
-  /// `image` is the content of an image's JSON file. Throws nlohmann::json::exception and
-  /// std::runtime_error for one that is damaged.
+  /// Adds a picture. `image` is the content of the image's JSON file. Throws
+  /// nlohmann::json::exception and std::runtime_error if `image` is damaged.
   void add(std::size_t sample, const std::string& name, const PicturePaths& paths,
            const nlohmann::ordered_json& image, const IndexClasses& classes);
 
@@ -54,5 +59,18 @@ class PictureIndex {
   nlohmann::ordered_json annotations_ = nlohmann::ordered_json::array();
   std::string yolo_list_, hub_metadata_;
 };
+
+/// The pictures of a dataset by group and split.
+using PictureIndexes = std::map<std::pair<std::string, std::string>, PictureIndex>;
+
+/// Writes yolo/ (boxes) and yolo_segment/ (outlines) for the splits that have pictures. classes[k]
+/// is class k. On a file system without links, leaves out the lists and adds a warning.
+void write_yolo(const PictureIndexes& indexes, const std::vector<std::string>& classes,
+                MergedFiles& files, std::vector<std::string>& warnings);
+
+/// Writes hub/GROUP/SPLIT/ for the Hub's ImageFolder: pictures, and metadata.jsonl next to them.
+/// The pictures are hard links, or copies on a file system without hard links.
+HubGroups write_hub(const PictureIndexes& indexes, const CheckedSamples& samples,
+                    MergedFiles& files);
 
 }  // namespace ensonify::engine

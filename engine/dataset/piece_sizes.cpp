@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -28,7 +27,7 @@ PieceSize fitting(std::string_view key, const PieceSize& piece, const ViewSize& 
   return piece;
 }
 
-/// The sound speed that converts time to range, if the scene gives it.
+/// The sound speed that converts time to range; none if the scene does not give it.
 std::optional<double> given_sound_speed_mps(const Scene& scene) {
   return scene.sea.profile.name.empty() ? scene.sea.sound_speed_mps : std::nullopt;
 }
@@ -36,7 +35,7 @@ std::optional<double> given_sound_speed_mps(const Scene& scene) {
 /// The vehicle at each ping of a generated track, at height 0.
 std::vector<Pose> flat_track(const Scene& scene, double interval_s) {
   check_pings(scene, generated_pings(scene.track, interval_s), "track");
-  // With one beam, its attitude does not matter for the places of rows.
+  // With one beam, the places of rows do not depend on the vehicle's attitude.
   MotionOptions moves = scene.motion;
   if (std::ranges::all_of(scene.sonars, [](const Sonar& sonar) { return sonar.beams == 1; }))
     moves = {.sway = moves.sway, .surge = moves.surge, .speed = moves.speed};
@@ -55,9 +54,9 @@ Waterfall bare_line(const Sonar& sonar, const std::vector<Pose>& poses) {
   return line;
 }
 
-/// Calls f with each view of a scene's lines whose size the scene alone tells, the options of
-/// pieces whose sizes it tells, and the vehicle's first heading. Throws SceneError if a view cannot
-/// be made.
+/// Calls f(known, view, heading_rad) for each view of a scene's lines whose size is known from the
+/// scene alone. `known` are the options without the pieces whose sizes are not known in this way,
+/// `heading_rad` is the vehicle's first heading. Throws SceneError if a view cannot be made.
 template <class F>
 void for_each_known_view(const DatasetOptions& options, const Scene& scene, const F& f) {
   const TrackOptions& track = scene.track;
@@ -74,7 +73,7 @@ void for_each_known_view(const DatasetOptions& options, const Scene& scene, cons
   if (track.kind == TrackKind::file ||
       (track.kind == TrackKind::lawn_mower && !(knows_interval && moves)))
     return;
-  // If it is not known, nothing below depends on it.
+  // If the sound speed is not known, nothing below depends on it.
   const double speed_mps = sound_speed_mps.value_or(scatter::nominal_sound_speed_mps);
   const std::vector<Pose> poses = flat_track(scene, scene.ping_interval_s(speed_mps));
   for (const Sonar& sonar : scene.sonars) {
@@ -91,8 +90,8 @@ void for_each_known_view(const DatasetOptions& options, const Scene& scene, cons
   }
 }
 
-/// Length and width of an object seen from above, as far as its table gives them; none for what is
-/// laid along a path. A width that is not given counts as 0.
+/// Length and width of an object seen from above, if its table gives a length; none for an object
+/// along a path. The width is 0 if it is not given.
 std::optional<Eigen::Vector2d> size_from_above_m(const ObjectOptions& object) {
   Eigen::Vector2d size_m(object.size.length_m.value_or(0.0), 0.0);
   if (!object.shape.empty()) {
@@ -110,8 +109,9 @@ std::optional<Eigen::Vector2d> size_from_above_m(const ObjectOptions& object) {
   return size_m * (object.shape.empty() ? 1.0 : object.scale);
 }
 
-/// How much of a rectangle of this length and width, which is turned by an angle to the track, lies
-/// in a chip about its middle. `chip_m`: across and along the track.
+/// The share of a rectangle that lies in a chip with the same middle. `rectangle_m`: length and
+/// width; `turned_rad`: angle between its length and the track; `chip_m`: size of the chip across
+/// and along the track.
 double share_within(const Eigen::Vector2d& rectangle_m, double turned_rad,
                     const Eigen::Vector2d& chip_m) {
   constexpr int steps = 64;

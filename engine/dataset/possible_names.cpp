@@ -1,8 +1,7 @@
-#include <ensonify/engine/dataset/possible_names.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <span>
 #include <stdexcept>
 #include <type_traits>
 
@@ -16,8 +15,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Whether the things of a list are numbered in the labels, and so are targets: objects, and
-/// features of the bed.
+/// Whether the items of a list have instances and so are targets: objects, features of the bed.
 template <class Item>
 bool has_instances() {
   if constexpr (requires(Item item) { kind_of(item.relief); })
@@ -26,8 +24,8 @@ bool has_instances() {
     return std::is_same_v<Item, ObjectOptions>;
 }
 
-/// The names of the classes and materials that the labels of objects can have. Classes of parts are
-/// no targets.
+/// Adds the names of the classes and materials that the labels of objects can have. Classes of
+/// parts are not classes of targets.
 void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions> objects,
                            std::set<std::string>& targets, std::set<std::string>& part_classes,
                            std::set<std::string>& materials) {
@@ -42,7 +40,8 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
   };
   const std::vector<std::size_t> bases = bases_of(objects);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    // The first object of its assembly, or the next one if that is absent.
+    // The objects that can be the base: the first one of the assembly, the next one if the first
+    // can be absent, and so on.
     std::vector<std::size_t> may_be_bases;
     for (std::size_t j = bases[i]; j <= i; ++j) {
       if (bases[j] != bases[i]) continue;
@@ -73,8 +72,8 @@ void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions
   }
 }
 
-/// Adds the names that the files of seafloors analysed before have. Throws refine::MeshError for a
-/// file that is none.
+/// Adds the names in the files of seafloors that were analysed before. Throws refine::MeshError if
+/// one is not such a file.
 void collect_analysed_labels(const RecipeText& text, const Scene& scene, const ScenePaths& paths,
                              PossibleNames& names) {
   constexpr const char* key = "seafloor.progressive";
@@ -94,7 +93,7 @@ void collect_analysed_labels(const RecipeText& text, const Scene& scene, const S
     };
     add_targets(seafloor.objects);
     add_targets(seafloor.features);
-    // Number 0 is no name. possible_names() takes the classes of targets out of the ground.
+    // Without the name of number 0. possible_names() removes classes of targets from `grounds`.
     names.grounds.insert(seafloor.classes.begin() + 1, seafloor.classes.end());
     names.materials.insert(seafloor.materials.begin() + 1, seafloor.materials.end());
   }

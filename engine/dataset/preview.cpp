@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include <fmt/format.h>
@@ -25,19 +26,9 @@ constexpr std::size_t panel_width = 380, max_height = 380, min_height = 60, bord
 constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
     no_data{90, 90, 90};
 // Okabe & Ito's colours (Color Universal Design, 2008): colour-blind people can distinguish them.
-constexpr std::array<Rgb, 7> bright{{{230, 159, 0},
-                                     {86, 180, 233},
-                                     {0, 158, 115},
-                                     {240, 228, 66},
-                                     {213, 94, 0},
-                                     {204, 121, 167},
-                                     {0, 114, 178}}};
-constexpr std::array<Rgb, 6> muted{{{196, 178, 138},
-                                    {150, 141, 116},
-                                    {118, 134, 128},
-                                    {168, 150, 160},
-                                    {134, 120, 96},
-                                    {176, 186, 172}}};
+constexpr auto bright =
+    rgb_colours({0xe69f00, 0x56b4e9, 0x009e73, 0xf0e442, 0xd55e00, 0xcc79a7, 0x0072b2});
+constexpr auto muted = rgb_colours({0xc4b28a, 0x968d74, 0x768680, 0xa896a0, 0x867860, 0xb0baac});
 
 Picture blank(std::size_t width, std::size_t height, const Rgb& colour) {
   Picture picture{width, height, 3, {}};
@@ -61,8 +52,8 @@ void paste(const Picture& from, Picture& to, std::size_t column, std::size_t row
         to.pixels.begin() + static_cast<std::ptrdiff_t>(3 * ((row + y) * to.width + column)));
 }
 
-/// A smaller picture; each pixel is the mean of those that it replaces. It keeps 32 levels, which
-/// are enough and compress much better.
+/// A smaller picture; each pixel is the mean of the pixels that it replaces. A channel has only 32
+/// levels, which are enough and compress much better than 256.
 Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   Picture to{width, height, 3, {}};
   to.pixels.resize(3 * width * height);
@@ -85,14 +76,18 @@ Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   return to;
 }
 
+/// The colour of one of the names: the colours are used in the order of the names, again and again.
+const Rgb& colour_for(std::span<const Rgb> colours, const std::vector<std::string>& names,
+                      const std::string& name) {
+  return colours[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()) %
+                 colours.size()];
+}
+
 /// The labels as colours: objects by class; the bed by class, or by sediment if its class is
 /// "seabed".
 Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Recipe& recipe) {
   const std::vector<std::string> classes = recipe.class_names(),
                                  materials = recipe.material_names();
-  const auto place = [](const std::vector<std::string>& names, const std::string& name) {
-    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
-  };
   Picture picture = blank(line.columns(), line.rows(), no_data);
   for (std::size_t i = 0; i < line.pixels.region.size(); ++i) {
     const std::size_t row = line.rows() - 1 - i / line.columns(), column = i % line.columns();
@@ -101,14 +96,12 @@ Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Rec
       case Region::no_data: break;
       case Region::water_column: set(picture, column, row, water); break;
       case Region::shadow: set(picture, column, row, dark); break;
-      case Region::object:
-        set(picture, column, row, bright[place(classes, name) % bright.size()]);
-        break;
+      case Region::object: set(picture, column, row, colour_for(bright, classes, name)); break;
       case Region::seabed:
         set(picture, column, row,
-            name == "seabed" ? muted[place(materials, seafloor.materials[line.pixels.sediment[i]]) %
-                                     muted.size()]
-                             : bright[place(classes, name) % bright.size()]);
+            name == "seabed"
+                ? colour_for(muted, materials, seafloor.materials[line.pixels.sediment[i]])
+                : colour_for(bright, classes, name));
         break;
     }
   }
@@ -122,7 +115,7 @@ void draw_box(Picture& picture, std::array<std::size_t, 4> box, const Rgb& colou
     set(picture, box[0], y, colour), set(picture, box[2], y, colour);
 }
 
-/// A fraction with four digits; any other value unchanged.
+/// A number with a decimal point is shortened to four digits; any other value stays unchanged.
 std::string short_text(const std::string& value) {
   const auto number = number_in<double>(value);
   return number && value.find('.') != std::string::npos ? fmt::format("{:.4g}", *number) : value;
@@ -161,13 +154,11 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
   for (const TargetRecord& record : outputs.targets.front()) {
-    // Boxes around features of the bed, such as furrows, would hide them.
+    // Features of the bed, such as furrows, have no boxes, because boxes would hide them.
     if (!record.is_object()) continue;
     const Outline& shown = shown_part(record.target);
     const std::string& name = record.class_name;
-    const Rgb& colour =
-        bright[static_cast<std::size_t>(std::ranges::find(classes, name) - classes.begin()) %
-               bright.size()];
+    const Rgb& colour = colour_for(bright, classes, name);
     const auto low = to_panel(shown.low), high = to_panel(shown.high);
     draw_box(left,
              {low[0] - std::min<std::size_t>(low[0], 2), low[1] - std::min<std::size_t>(low[1], 2),
@@ -199,9 +190,9 @@ Picture legend(const Recipe& recipe, std::size_t width) {
   };
   const std::vector<std::string> classes = recipe.class_names(),
                                  materials = recipe.material_names();
-  for (std::size_t i = 0; i < classes.size(); ++i)
-    if (classes[i] != "seabed") add(classes[i], bright[i % bright.size()]);
-  for (std::size_t i = 0; i < materials.size(); ++i) add(materials[i], muted[i % muted.size()]);
+  for (const std::string& name : classes)
+    if (name != "seabed") add(name, colour_for(bright, classes, name));
+  for (const std::string& name : materials) add(name, colour_for(muted, materials, name));
   add("water", water);
   add("shadow", dark);
   return strip;
@@ -219,23 +210,25 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
       control.memory.bytes /
       static_cast<double>(std::clamp<std::size_t>(samples, 1, static_cast<std::size_t>(threads)))};
   const auto draw = [&](std::size_t k) {
-    // Evenly chosen, but not in step with stratified keys.
+    // Evenly chosen. "k % step" is added because values of stratified keys repeat at even steps.
     const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
     SampleScene sample = recipe.sample(number);
     sample.scene.output = {.exr = false};
     const std::filesystem::path folder = control.scratch / fmt::format("{:06}", number);
+    const auto on_progress = [&](std::string_view, std::size_t, std::size_t) {
+      const std::lock_guard lock(mutex);
+      return !control.progress || control.progress(done, samples);
+    };
+    const auto on_outputs = [&](const RunOutputs& outputs) {
+      cells[k] = cell(recipe, number, sample, outputs);
+    };
     run(sample.scene, folder,
         {.threads = 1,
-         .progress =
-             [&](std::string_view, std::size_t, std::size_t) {
-               const std::lock_guard lock(mutex);
-               return !control.progress || control.progress(done, samples);
-             },
+         .progress = on_progress,
          .cache = control.cache,
          .memory = memory_each,
          .growing_picture = false,
-         .on_outputs =
-             [&](const RunOutputs& outputs) { cells[k] = cell(recipe, number, sample, outputs); }});
+         .on_outputs = on_outputs});
     std::filesystem::remove_all(folder);
     const std::lock_guard lock(mutex);
     ++done;
@@ -249,25 +242,22 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
   }
   const std::size_t cell_width = cells.front().width;
   const std::size_t width = columns * cell_width + (columns + 1) * border;
-  std::size_t height = border;
-  for (std::size_t k = 0; k < samples; k += columns) {
+  const auto height_of_row = [&](std::size_t first) {
     std::size_t tallest = 0;
-    for (std::size_t j = k; j < std::min(samples, k + columns); ++j)
-      tallest = std::max(tallest, cells[j].height);
-    height += tallest + border;
-  }
+    for (std::size_t k = first; k < std::min(samples, first + columns); ++k)
+      tallest = std::max(tallest, cells[k].height);
+    return tallest + border;
+  };
+  std::size_t height = border;
+  for (std::size_t k = 0; k < samples; k += columns) height += height_of_row(k);
   const Picture names = legend(recipe, width - 2 * border);
   Picture sheet = blank(width, height + names.height + border, paper);
   std::size_t row = border;
   paste(names, sheet, border, row);
   row += names.height + border;
-  for (std::size_t k = 0; k < samples; k += columns) {
-    std::size_t tallest = 0;
-    for (std::size_t j = k; j < std::min(samples, k + columns); ++j) {
-      paste(cells[j], sheet, border + (j - k) * (cell_width + border), row);
-      tallest = std::max(tallest, cells[j].height);
-    }
-    row += tallest + border;
+  for (std::size_t k = 0; k < samples; ++k) {
+    paste(cells[k], sheet, border + (k % columns) * (cell_width + border), row);
+    if (k % columns == columns - 1) row += height_of_row(k + 1 - columns);
   }
   return {std::move(sheet), samples};
 }

@@ -41,9 +41,6 @@ class Products {
            const std::filesystem::path& folder, const ProductsControl& control)
       : options_(options),
         sample_(sample),
-        classes_(sample.scene.output.class_names),
-        names_{sample.scene.output.class_names, sample.scene.output.sediment_names},
-        shadow_class_(options.shadow_class ? category(std::string(shadow_name)) : 0),
         seafloor_(seafloor),
         folder_(folder),
         control_(control) {
@@ -53,7 +50,8 @@ class Products {
       list->insert(list->begin(), "none");
   }
 
-  /// The line of a sonar of the run. Its picture has the scene's display, the first of the sample.
+  /// Writes the products of one sonar's line. The run's picture of it has the scene's display,
+  /// which is the first of the sample's displays.
   void add_line(const RunOutputs& run, std::size_t sonar) {
     const Waterfall& line = run.lines[sonar];
     std::vector<Picture> pictures{run.pictures[sonar]};
@@ -88,7 +86,7 @@ class Products {
     disk_s_ += seconds_since(start);
   }
 
-  /// Adds all images of a line in one geometry: 0 is slant range, 1 is ground range.
+  /// Writes all images of a line in one geometry: 0 is slant range, 1 is ground range.
   void add_geometry(const LabelledImage& line, std::span<const TargetRecord> targets,
                     std::size_t sonar, std::size_t geometry) {
     line_targets_.clear();
@@ -114,7 +112,7 @@ class Products {
       }
   }
 
-  /// The first pixels of the tiles. The last tile ends with the line, unless tiles have gaps.
+  /// The first pixel of each tile on one axis. Without gaps the last tile ends with the line.
   std::vector<std::size_t> starts(std::size_t whole, std::size_t tile) const {
     const auto stride = static_cast<std::size_t>(
         std::max(1.0, std::round(options_.tiles.stride * static_cast<double>(tile))));
@@ -139,8 +137,8 @@ class Products {
     }
   }
 
-  /// Writes the pictures and labels of a part of a line; with edge_px, resampled to a square with
-  /// edges of edge_px pixels.
+  /// Writes the pictures and labels of a part of a line. With edge_px > 0 they are resampled to a
+  /// square of edge_px x edge_px pixels.
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
                  std::string_view kind, std::size_t edge_px = 0, const Chip& chip = {}) {
     const bool whole = kind == "line";
@@ -149,12 +147,6 @@ class Products {
     const LabelledImage& shown = whole ? line : cut_out;
     const LabelledImage other_pixels = edge_px > 0 ? resampled(shown, edge_px, edge_px) : nothing;
     const LabelledImage& image = edge_px > 0 ? other_pixels : shown;
-    // The run and add_line() have already written the pictures of whole lines in slant range.
-    if (!whole || line.geometry != "slant")
-      for (std::size_t r = 0; r < image.pictures.size(); ++r)
-        write(r == 0 ? stem + ".png" : fmt::format("{}.r{}.png", stem, r),
-              encode_png(image.pictures[r]));
-
     ImageLabels labels{.image = stem,
                        .pictures = {stem + ".png"},
                        .kind = std::string(kind),
@@ -174,6 +166,10 @@ class Products {
                        .split = sample_.split};
     for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
+    // The run and add_line() have already written the pictures of whole lines in slant range.
+    if (!whole || line.geometry != "slant")
+      for (std::size_t r = 0; r < image.pictures.size(); ++r)
+        write(labels.pictures[r], encode_png(image.pictures[r]));
     std::map<std::uint32_t, TargetLabel> labels_shown;
     if (whole)
       for (const auto& [instance, record] : line_targets_)
@@ -204,7 +200,7 @@ class Products {
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
   }
 
-  /// Where the sonar was, and which part of its swath a part of a line shows.
+  /// The place of the sonar, and the part of its swath that a part of a line shows.
   static ImageGeometry geometry_of(const LabelledImage& line, const Rectangle& part) {
     const Waterfall& labels = line.labels;
     const std::size_t lowest = labels.rows() - part.row - part.rows;  // oldest ping
@@ -236,8 +232,8 @@ class Products {
             .middle = labels.pings[lowest + part.rows / 2].pose};
   }
 
-  /// The label of a target in a part of the line. Position and contrast are measured in the whole
-  /// line; the outlines are those in the part.
+  /// The label of a target in a part of the line. Position and contrast are of the whole line;
+  /// `shown` are the outlines in the part.
   TargetLabel label_of(std::uint32_t instance, TargetOutlines shown) const {
     const TargetRecord& whole = line_targets_.at(instance);
     TargetLabel label{.record = whole, .category_id = category(whole.class_name)};
@@ -257,7 +253,7 @@ class Products {
     write(name, std::as_bytes(std::span(text)));
   }
 
-  /// The labels of the targets that resampled pixels show, with their outlines there.
+  /// The labels of those targets that the resampled image shows, with their outlines in it.
   std::map<std::uint32_t, TargetLabel> with_outlines_in(
       const Waterfall& resampled, std::map<std::uint32_t, TargetLabel> labels) const {
     std::map<std::uint32_t, TargetLabel> seen;
@@ -273,8 +269,8 @@ class Products {
     return static_cast<std::size_t>(std::ranges::find(classes_, name) - classes_.begin()) + 1;
   }
 
-  /// A row of YOLO: class number from 0, then middle and size of the box over the image's size.
-  /// Empty for an outline without pixels.
+  /// A row of YOLO's box format: class number from 0, then middle and size of the box, divided by
+  /// the image's size. Empty for an outline without pixels.
   static std::string yolo_line(std::size_t category, const Outline& shown,
                                const ImageLabels& image) {
     if (shown.area_px == 0) return "";
@@ -290,14 +286,17 @@ class Products {
 
   const DatasetOptions& options_;
   const SampleScene& sample_;
-  const std::vector<std::string>& classes_;  // class number n is classes_[n - 1]
-  LabelNames names_;                         // the same, and of sediments, with "none" first
-  const std::size_t shadow_class_;           // number of the class of shadows; 0: none
+  // Class number n is classes_[n - 1].
+  const std::vector<std::string>& classes_ = sample_.scene.output.class_names;
+  // The constructor adds "none" in front of both lists.
+  LabelNames names_{classes_, sample_.scene.output.sediment_names};
+  // Number of the class of shadows; 0: none.
+  const std::size_t shadow_class_ = options_.shadow_class ? category(std::string(shadow_name)) : 0;
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
   const ProductsControl& control_;
-  std::map<std::uint32_t, TargetRecord> line_targets_;  // in this geometry, by instance
-  std::set<std::uint32_t> cut_;                         // of the line: instances that its edges cut
+  std::map<std::uint32_t, TargetRecord> line_targets_;  // of the line in this geometry, by instance
+  std::set<std::uint32_t> cut_;                         // targets_at_edges() of the line
   double disk_s_ = 0.0;
 };
 

@@ -3,20 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <map>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
-#include <ensonify/engine/dataset/possible_names.h>
-#include <ensonify/engine/dataset/sample_draws.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
-#include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
@@ -33,8 +28,8 @@ void for_each_held_out(const SplitOptions& split, const auto& f) {
   for (const std::string& value : split.held_out_test) f(value, "held_out_test");
 }
 
-/// train, val or test for a group that is held together: the samples with the same `values` of the
-/// keys of the split, or, if `counted`, the seafloor with this number.
+/// train, val or test for a group of samples that stay together: the samples with the same `values`
+/// of the keys of the split, or, if `counted`, those of the seafloor with this number.
 std::string split_of(std::uint64_t seed, const SplitOptions& split,
                      const std::vector<std::string>& values, std::uint64_t number, bool counted) {
   const auto has_one_of = [&](const std::vector<std::string>& held_out) {
@@ -43,12 +38,12 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split,
   };
   if (has_one_of(split.held_out_test)) return "test";
   if (has_one_of(split.held_out_val)) return "val";
-  // A set that is given by values has no others.
+  // A set with held-out values has only samples with these values.
   const double val = split.held_out_val.empty() ? split.val : 0.0;
   const double test = split.held_out_test.empty() ? split.test : 0.0;
   const RandomStream stream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0});
   std::array<double, 1> u{};
-  // Numbered groups are stratified, so that the shares are close to those given.
+  // Counted groups have stratified numbers, so that the sets' shares are close to the given ones.
   if (counted)
     u[0] = stratified(stream, number);
   else
@@ -57,7 +52,7 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split,
   return at < test ? "test" : at < test + val ? "val" : "train";
 }
 
-/// The name of a key after the absent tables are left out.
+/// The name of a key without the absent tables: the tables after them have lower numbers.
 std::string renumbered(const std::string& key, const auto& lists, const auto& absent) {
   for (const auto& [list, size] : lists) {
     if (!key.starts_with(list + ".")) continue;
@@ -82,8 +77,8 @@ auto first_that_is(std::size_t samples, const auto& make) {
     }
 }
 
-/// Refuses a key that has or may get a value other than the allowed one, as TOML has them. `places`
-/// are those of the text's keys.
+/// Throws SceneError if a key has, or can be drawn with, a value other than `allowed` (as in TOML).
+/// `places` are the places of keys in the text.
 void allow_only(const RecipeText& text, const auto& places, const std::string& key,
                 std::string_view allowed, std::string_view why) {
   std::vector<std::string> values;
@@ -101,18 +96,10 @@ void allow_only(const RecipeText& text, const auto& places, const std::string& k
       throw SceneError(fmt::format("{}: '{}' is {}, but {}", place, key, value, why));
 }
 
-/// Sets a key in place of the recipe's text, which may not have it.
+/// Sets a key that the recipe's text may not have.
 void add_override(const std::string& key, const std::string& value, DrawnValues& values) {
   values.values[key].clear();  // else a wrong value would be reported at a line of the text
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
-}
-
-/// Collects the names of all files that the samples can use. `scene` has every optional table.
-void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& names) {
-  for_each_file(scene, [&](const std::string& key, const InputFile& file) {
-    for (const std::string& name : possible_values(text, key, file.name))
-      if (!name.empty()) names.insert(name);
-  });
 }
 
 /// Checks that the dataset's options fit each other; refuse(message) makes the exception.
@@ -154,8 +141,8 @@ void check_options(const DatasetOptions& options, const auto& refuse) {
                         toml_string(val), toml_string(test)));
 }
 
-/// Refuses a held-out value that no key of the split can have. Where a key can have values that the
-/// text does not list, the draws will show it (Recipe::warnings()).
+/// Throws refuse(message) for a held-out value that no key of the split can have. Does nothing if a
+/// key can have values that the text does not list; Recipe::warnings() checks the draws.
 void check_held_out(const RecipeText& text, const SplitOptions& split, const auto& refuse) {
   std::vector<std::string> keys, values;
   for (const std::string& key : split.by) {
@@ -180,8 +167,8 @@ void check_held_out(const RecipeText& text, const SplitOptions& split, const aut
   });
 }
 
-/// The keys that are drawn once per seafloor: the seabed's, those of the split, and those that
-/// these need.
+/// Collects the keys that are drawn once per seafloor: the keys of the seabed, the keys of the
+/// split, and the keys on which these depend.
 void collect_keys_of_seafloor(DrawnKeys& keys, const SplitOptions& split) {
   std::vector<std::string> open;
   for (const auto& [key, distribution] : keys.distributions)
@@ -210,9 +197,9 @@ bool decides_presence(const std::string& key) {
   return is_presence(key) || (in_table(key, "objects") && key.ends_with(".count"));
 }
 
-/// Adds the tables of objects whose drawn count is 0 to the absent ones. (In a scene, a count of 0
-/// is one object at its place; a drawn count is how many there are.) The count of an assembly is
-/// its base's.
+/// Adds to `absent` the tables of objects whose drawn count is 0. (In a scene, a count of 0 is one
+/// object at its given place; a drawn count is the number of objects.) All tables of an assembly
+/// have the count of its base.
 void leave_out_none(SampleDraws& draws, const DrawnKeys& d, const std::string& name,
                     std::set<std::string, std::less<>>& absent) {
   const auto objects = d.lists.find("objects");
@@ -232,7 +219,7 @@ void leave_out_none(SampleDraws& draws, const DrawnKeys& d, const std::string& n
   }
 }
 
-/// The values with which a recipe becomes the scene of a sample. `name` is the recipe's.
+/// The values with which a recipe becomes the scene of a sample. `name` is the recipe's name.
 DrawnValues values_of(SampleDraws& draws, const DrawnKeys& d, const std::string& name,
                       std::size_t sample) {
   DrawnValues values;
@@ -272,7 +259,7 @@ std::string split_of_sample(SampleDraws& draws, const DrawnKeys& d, const SplitO
                             const std::string& name, std::size_t seafloor) {
   const bool by_seafloor = std::ranges::count(split.by, "seafloor") > 0;
   const std::vector<std::string> group = values_of_split(draws, split, name);
-  // The other keys are drawn once per seafloor: those of one seafloor agree in all of them.
+  // With "seafloor" the other keys need no number: they are drawn once per seafloor, too.
   const std::uint64_t group_number =
       by_seafloor ? seafloor : key_number(fmt::format("{}", fmt::join(group, "\n")));
   return split_of(d.seed, split, group, group_number, by_seafloor);
@@ -320,7 +307,10 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
        {std::pair{"output.pings_per_file", "0"}, std::pair{"output.file_per_leg", "false"}})
     allow_only(d, scene.places, key, off,
                "a sample has one part: leave it out; 'dataset.tiles' cuts images into pieces");
-  collect_files(d, scene, files_);
+  for_each_file(scene, [&](const std::string& key, const InputFile& file) {
+    for (const std::string& name : possible_values(d, key, file.name))
+      if (!name.empty()) files_.insert(name);
+  });
   auto [targets, grounds, materials] = possible_names(d, scene, paths());
   for (const std::string& chosen : options_.chips.classes)
     if (!targets.contains(chosen))
@@ -363,10 +353,6 @@ ScenePaths Recipe::paths() const { return scene_paths(name_, data_folder_); }
 
 std::size_t Recipe::seafloors() const {
   return options_.seafloors > 0 ? static_cast<std::size_t>(options_.seafloors) : samples();
-}
-
-std::size_t Recipe::seafloor_of(std::size_t sample) const {
-  return sample * seafloors() / samples();
 }
 
 SampleScene Recipe::sample(std::size_t number) const {
@@ -426,7 +412,7 @@ std::vector<std::string> Recipe::warnings() const {
       SampleDraws draws(*drawn_keys_, 0, seafloor, 0);
       for (std::string& value : values_of_split(draws, split, name_))
         drawn.insert(std::move(value));
-    } catch (const SceneError&) {  // its samples are refused
+    } catch (const SceneError&) {  // sample() refuses the samples of this seafloor
     }
   for_each_held_out(split, [&](const std::string& value, std::string_view set) {
     if (!any_matches(drawn, value))
@@ -443,8 +429,6 @@ std::vector<std::string> Recipe::class_names() const {
   names.insert(names.end(), grounds_.begin(), grounds_.end());
   return names;
 }
-std::size_t Recipe::target_classes() const { return targets_.size(); }
-std::vector<std::string> Recipe::material_names() const { return materials_; }
 std::vector<std::string> Recipe::assets() const {
   std::set<std::string> assets = files_;
   for (const std::string& name : files_) {

@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/recipe_reader.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,6 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/toml_value.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/scene_paths.h>
 #include <ensonify/refine/printable.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -22,15 +21,16 @@ constexpr std::array<std::string_view, 13> words{
     "uniform", "log_uniform", "normal", "int",   "choice", "weights",   "between",
     "times",   "plus",        "by",     "table", "unset",  "stratified"};
 
-// Of the draws of a normal distribution, within `between`: the draws are repeated until one is.
+// The least share of a normal distribution's draws that must lie in `between`, because a draw is
+// repeated until it lies in `between`.
 constexpr double least_share_between = 1e-3;
 
-// Whole numbers are drawn as doubles; beyond this one two of them can be the same double.
+// Whole numbers are drawn as doubles. Beyond this number, two whole numbers can be the same double.
 constexpr double most_drawn = 0x1p53 - 1.0;
 
 bool is_word(std::string_view key) { return std::ranges::count(words, key) > 0; }
 
-/// A value as TOML; empty for what is none.
+/// A value as TOML; empty if the node is not a value.
 std::string text_of(const toml::node& node) {
   if (const auto* value = node.as_string()) return toml_string(value->get());
   if (const auto* value = node.as_integer()) return fmt::format("{}", value->get());
@@ -137,7 +137,7 @@ class RecipeReader {
       result_.overridden.insert(path);
   }
 
-  /// The value as TOML; of a file data:PATH with a *, the files that it matches.
+  /// The value as TOML. For a file data:PATH with a *: the files that match it.
   std::vector<std::string> values_of(const toml::node& node) {
     const auto* text = node.as_string();
     if (!text || !text->get().starts_with(data_prefix) ||
@@ -356,7 +356,7 @@ class RecipeReader {
 
   std::string name_;
   const std::filesystem::path& data_folder_;
-  std::string override_;  // the one that is being read, for messages; empty: the text
+  std::string override_;  // place of the override that is being read; empty: the text is being read
   RecipeText result_;
 };
 

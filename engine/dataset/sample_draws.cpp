@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/sample_draws.h>
+#include <ensonify/engine/dataset/recipe_text.h>
 
 #include <array>
 #include <charconv>
@@ -12,14 +12,6 @@
 #include <ensonify/engine/output/manifest.h>
 
 namespace ensonify::engine {
-namespace {
-
-bool within(const std::string& text, const std::pair<double, double>& between) {
-  const std::optional number = number_in<double>(text);
-  return number && *number >= between.first && *number <= between.second;
-}
-
-}  // namespace
 
 std::uint64_t key_number(std::string_view key) {
   const std::string digits = xxh128(key);
@@ -72,7 +64,8 @@ double SampleDraws::number(const std::string& key, const Distribution& d) {
   return *number;
 }
 
-/// A draw of a key. `stream_name` is its name, and the entries of the tables that led to d.
+/// Draws a key's value from d. `stream_name` is the key's name, followed by the names of the
+/// entries of tables that lead to d.
 std::string SampleDraws::draw(const std::string& stream_name, const Distribution& d,
                               const std::string& key) {
   if (d.kind == Distribution::Kind::table) {
@@ -96,15 +89,19 @@ std::string SampleDraws::draw(const std::string& stream_name, const Distribution
     u[0] = stratified(seeds, each_render ? number * text_.renders + render : number);
   }
   std::string drawn = d.value(u[0], u[1]);
-  // The reader refuses a range in which hardly any draw lies.
-  for (std::uint64_t again = 1; d.between && !within(drawn, *d.between); ++again) {
+  const auto lies_between = [&] {
+    const std::optional value = number_in<double>(drawn);
+    return value && *value >= d.between->first && *value <= d.between->second;
+  };
+  // This ends soon, because the reader refuses a range in which hardly any draw lies.
+  for (std::uint64_t again = 1; d.between && !lies_between(); ++again) {
     stream.uniform(u, 2 * again);
     drawn = d.value(u[0], u[1]);
   }
   return adjusted(std::move(drawn), d);
 }
 
-/// Multiplied by the keys of `times`, then added to those of `plus`.
+/// The drawn value times the values of the keys in `times`, plus those of the keys in `plus`.
 std::string SampleDraws::adjusted(std::string drawn, const Distribution& d) {
   if ((d.times.empty() && d.plus.empty()) || drawn.empty()) return drawn;
   const std::optional number_drawn = number_in<double>(drawn);

@@ -1,6 +1,5 @@
 #include <ensonify/engine/dataset/yolo_segments.h>
 
-#include <algorithm>
 #include <iterator>
 #include <map>
 
@@ -9,11 +8,10 @@
 namespace ensonify::engine {
 namespace {
 
-/// From a corner to those at the ends of the edges that leave it; at a corner where pixels touch
-/// there are two.
+/// By corner: the ends of the edges that begin there; two where pixels touch in a corner only.
 using Edges = std::map<Corner, std::vector<Corner>>;
 
-/// The edges of a set of pixels, with the set on their right. `has(column, row)`.
+/// The border edges of a set of pixels, with the set on their right. has(c, r): is a pixel in it?
 Edges edges_of(std::size_t columns, std::size_t rows, const auto& has) {
   Edges edges;
   for (int row = 0; row < static_cast<int>(rows); ++row)

@@ -9,14 +9,15 @@
 
 namespace ensonify::engine {
 
-/// The borders of a set of pixels along the pixels' edges, corners only, as closed loops: those of
-/// its parts and of their holes. A point lies in the set if it is inside an odd number of loops.
-/// `runs` are COCO's run lengths over a picture with `rows` rows, as in Outline::runs.
+/// The borders of a set of pixels, also around holes, as closed loops of corners along pixel edges.
+/// A point lies in the set if it is inside an odd number of loops. `runs` are COCO's run lengths
+/// over a picture with `rows` rows, as in Outline::runs.
 std::vector<std::vector<Corner>> loops_of(std::span<const std::size_t> runs, std::size_t rows);
 
-/// A row of YOLO's segmentation format: class number from 0, then the corners of one polygon over
-/// the picture's size. The loops are joined by lines there and back, so that the polygon, filled by
-/// the even-odd rule, has their holes. Ends with a line feed; empty without loops.
+/// A row of YOLO's segmentation format: class number from 0, then the corners of one polygon,
+/// divided by the picture's size. Lines from loop to loop, and back on the same way, join all loops
+/// to one polygon. Filled by the even-odd rule it has the same holes. Ends with a line feed; empty
+/// without loops.
 std::string yolo_segment(std::size_t class_number, std::span<const std::vector<Corner>> loops,
                          std::size_t columns, std::size_t rows);
 

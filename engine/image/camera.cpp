@@ -1,4 +1,4 @@
-#include <ensonify/engine/image/camera.h>
+#include <ensonify/engine/image/ping_rendering.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,8 @@
 #include <ensonify/engine/image/display.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -37,10 +35,14 @@ class Levels {
         layout_(renderer.layout_),
         columns_(waterfall.columns()),
         height_m_(heights_m(waterfall)) {
-    if (renderer.display_.beam_normalisation) normalise_beams();
-    if (renderer.display_.flat_field) flatten();
+    if (renderer.display_.beam_normalisation)
+      beam_ = inverse_medians(
+          layout_.sectors() * depressions,
+          [&](std::size_t row, std::size_t column) { return beam_cell(row, column); });
+    if (renderer.display_.flat_field)
+      column_ = inverse_medians(columns_, [](std::size_t, std::size_t column) { return column; });
   }
-  /// The same normalisation for other rows of the sonar.
+  /// The levels of other rows of the sonar, with the factors of `normalised`.
   Levels(const Levels& normalised, const Waterfall& waterfall)
       : renderer_(normalised.renderer_),
         waterfall_(waterfall),
@@ -50,8 +52,8 @@ class Levels {
         beam_(normalised.beam_),
         column_(normalised.column_) {}
 
-  /// The level of a pixel; 1 is mid-brightness. A normalisation brings the bed's median to 1, and
-  /// leaves the water as it is.
+  /// The level of a pixel; 1 is mid-brightness. A normalisation makes the bed's median 1 and does
+  /// not change the water column.
   double at(std::size_t row, std::size_t column) const {
     double level = renderer_.level(waterfall_, row, column);
     if (beam_.empty() && column_.empty()) return level;
@@ -82,8 +84,8 @@ class Levels {
         static_cast<std::size_t>(depression * 2.0 / std::numbers::pi * (depressions - 1));
     return sector * depressions + cell;
   }
-  /// The inverse of each cell's median level, which glints do not change; 1 for a cell without bed.
-  /// In an image with very many pixels, only every second row (or third, and so on) is used.
+  /// The inverse of the median level of the bed in each cell; 1 for a cell without bed. Single
+  /// strong echoes do not change a median. With very many pixels only every n-th row is used.
   template <class Cell>
   std::vector<double> inverse_medians(std::size_t cells, Cell&& cell) const {
     std::vector<std::vector<float>> levels(cells);
@@ -101,27 +103,19 @@ class Levels {
     }
     return inverse;
   }
-  void normalise_beams() {
-    beam_ = inverse_medians(
-        layout_.sectors() * depressions,
-        [&](std::size_t row, std::size_t column) { return beam_cell(row, column); });
-  }
-  void flatten() {
-    column_ = inverse_medians(columns_, [](std::size_t, std::size_t column) { return column; });
-  }
 
   const Renderer& renderer_;
   const Waterfall& waterfall_;
   LineLayout layout_;
   std::size_t columns_;
-  std::vector<double> height_m_;  // of the sonar, by row
+  std::vector<double> height_m_;  // of the sonar over the bed, by row
   std::vector<double> beam_;      // by sector and depression
   std::vector<double> column_;    // by column
 };
 
 namespace {
 
-/// Levels of the pixels with seabed or an object, ascending; of a subset if there are very many.
+/// The levels of pixels with seabed or an object, ascending; of very many only every n-th.
 std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& levels) {
   const std::size_t pixels = waterfall.rows() * waterfall.columns();
   const std::size_t step = 1 + pixels / equalised_pixels;
@@ -155,7 +149,8 @@ std::array<double, 3> viridis(double t) {
 /// How many pixels a Gaussian reaches on each side: three standard deviations.
 double reach_px(double sigma_px) { return std::ceil(3.0 * sigma_px); }
 
-/// A Gaussian's weights at 0, 1, 2 ... pixels, as far as it reaches. Those of both sides make 1.
+/// A Gaussian's weights at 0, 1, 2 ... pixels from the middle, as far as it reaches. The weights of
+/// both sides and of the middle sum to 1.
 std::vector<float> gaussian(double sigma_px) {
   if (sigma_px == 0.0) return {1.0f};
   std::vector<float> weights;
@@ -170,7 +165,7 @@ std::vector<float> gaussian(double sigma_px) {
 
 using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
 
-/// The sum of what lies around a place: at(k) and at(-k) count by weights[k].
+/// The sum of at(k) and at(-k) over k, each with the factor weights[k].
 template <class At>
 Row weighted_sum(std::span<const float> weights, At&& at) {
   Row sum = weights[0] * at(0);
@@ -179,7 +174,7 @@ Row weighted_sum(std::span<const float> weights, At&& at) {
   return sum;
 }
 
-/// The level that a column shows of level(column).
+/// The level that a column of the picture shows. level(column) is of a column of the waterfall.
 template <class Level>
 double level_of(ShownColumns shown, ColumnValue value, Level&& level) {
   switch (value) {
@@ -187,8 +182,8 @@ double level_of(ShownColumns shown, ColumnValue value, Level&& level) {
     case ColumnValue::peak: return greatest_over(shown, level);
     case ColumnValue::middle: return shown.from < shown.until ? level(shown.middle()) : 0.0;
   }
-  // Amplitudes are averaged, not brightnesses: those above white count in full, so that a thin
-  // strong echo stays bright.
+  // The mean is of amplitudes, not of brightnesses. Amplitudes above white are not cut off first,
+  // so that a thin strong echo stays bright.
   const double mean =
       mean_over(shown, [&](std::size_t column) { return std::sqrt(level(column)); });
   return mean * mean;
@@ -198,19 +193,19 @@ double sigma_along_track_px(const Display& display) {
   return std::hypot(display.smoothing_px, display.track_smoothing_px);
 }
 
-/// Smooths a grey picture by a Gaussian. Beyond the border the outermost pixels continue.
+/// Smooths a grey picture by a Gaussian. Beyond its border the outermost pixels are repeated.
 void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
   const std::vector<float> over_rows = gaussian(track_sigma_px),
                            over_columns = gaussian(range_sigma_px);
   const Eigen::Index rows = static_cast<Eigen::Index>(grey.height),
                      columns = static_cast<Eigen::Index>(grey.width),
                      reach = std::ssize(over_rows) - 1, side = std::ssize(over_columns) - 1;
-  // The rows that a row's sum needs, as they were before they were smoothed.
+  // The rows that the sum of a row needs, before smoothing.
   std::vector<Row> near(2 * over_rows.size() - 1);
   const auto values = [&](Eigen::Index row) -> Row& {
     return near[static_cast<std::size_t>(row) % near.size()];
   };
-  // Plain loops, which compilers turn into vectors.
+  // Plain loops, because compilers vectorise them.
   const auto load = [&](Eigen::Index row) {
     Row& cells = values(row);
     cells.resize(columns);
@@ -249,9 +244,9 @@ void smooth(Picture& grey, double track_sigma_px, double range_sigma_px) {
   }
 }
 
-/// Steps of brightness by level, from a table of where they begin. The step must not fall with the
-/// level. The table has 256 cells per octave and one for all levels below, filled at their first
-/// use.
+/// Finds the step of brightness of a level by a table. step_of(level) must not decrease with the
+/// level. The table has 256 cells per octave of the level, and one cell for all levels below the
+/// first octave. A cell is filled when it is used first.
 template <class StepOf>
 class StepTable {
  public:
@@ -268,12 +263,12 @@ class StepTable {
 
  private:
   struct Cell {
-    std::uint32_t step = unknown;  ///< the least one
-    double next_from = 0.0;        ///< the level at which the next one begins
+    std::uint32_t step = unknown;  ///< the lowest step in the cell
+    double next_from = 0.0;        ///< the level at which the next step begins
   };
 
-  /// From one end of a cell to the other, and a little beyond them, since a level is rounded to
-  /// find its cell.
+  /// Searches from one end of a cell to the other, and a little beyond both ends, because at()
+  /// rounds a level to a float to find its cell.
   Cell filled(std::uint32_t number) const {
     const auto begin = [](std::uint32_t of) {
       return of == 0 ? 0.0 : double{std::bit_cast<float>((below + of) << dropped_bits)};
@@ -292,8 +287,8 @@ class StepTable {
 
   static constexpr int dropped_bits = 23 - 8;
   static constexpr std::uint32_t unknown = ~0u, several = ~0u - 1;
-  static constexpr std::uint32_t below = ((127 - 28) << 8) - 1;  // of 2^-28
-  static constexpr std::uint32_t cells = (36 << 8) + 1;          // up to 2^8
+  static constexpr std::uint32_t below = ((127 - 28) << 8) - 1;  // the cell below the level 2^-28
+  static constexpr std::uint32_t cells = (36 << 8) + 1;          // up to the level 2^8
   const StepOf& step_of_;
   std::vector<Cell> cells_;
 };
@@ -334,7 +329,7 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     for (std::uint32_t i = 0; recorder_->full_scale() <= 0xffff && i <= recorder_->full_scale();
          ++i)
       amplitudes_.push_back(static_cast<float>(recorder_->amplitude(i)));
-  std::vector<double> bed;  // its median level in each column
+  std::vector<double> bed;  // the level bed's median level in each column
   for (std::size_t column = 0; column < columns_; ++column) {
     const std::size_t bin = layout_.place(column).bin;
     const double r = std::max(static_cast<double>(bin) + 0.5, 1.0) * sonar.bin_m();
@@ -352,22 +347,23 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     }
     bed.push_back(level(column, median, sample));
   }
-  // Scales the median of the columns with more than that intensity to 1.
+  // Sets scale_ so that the median of the columns whose bed has more than this intensity becomes 1.
   const auto scale_to = [&](double least) {
     std::vector<double> some;
     for (std::size_t column = 0; column < columns_; ++column)
       if (calibration.level_bed[column] > least) some.push_back(bed[column]);
     if (some.empty()) return false;
     std::ranges::nth_element(some, some.begin() + std::ssize(some) / 2);
-    // If the bed is below the recorder's smallest sample, full scale is shown at mid-brightness.
+    // The median is 0 if the bed is below the recorder's smallest sample. Full scale is then shown
+    // at mid-brightness.
     const double median = some[some.size() / 2];
     scale_ = median > 0.0 ? 1.0 / median : 1.0 / *std::ranges::max_element(gains_);
     return true;
   };
   if (!scale_to(0.0)) throw std::invalid_argument("Renderer: the level bed has no echo");
   if (!(calibration.noise > 0.0)) return;
-  // The gain is limited where the noise would be brighter than the bed's median. Then only levels
-  // above the noise count as bed.
+  // The gain is limited where the noise would be brighter than the bed's median. In this case only
+  // columns whose bed is 3 dB above the noise count for the bed's median.
   const auto max_gain = [&](std::size_t column) {
     const double recorder_gain =
         recorder_ ? double{recorder_->gain(layout_.place(column).bin)} : 1.0;
@@ -458,7 +454,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits,
   if (smoothed_rows(display) > 0) {
     std::vector<std::uint8_t>& pixels = picture.pixels;
     const std::size_t bytes = pixels.size();
-    std::ptrdiff_t bytes_above = 0;  // of the newer rows
+    std::ptrdiff_t bytes_above = 0;  // of the rows after the waterfall's, which are above it
     if (neighbours) {
       const Picture above = grey(neighbours->after, Levels(levels, neighbours->after)),
                     below = grey(neighbours->before, Levels(levels, neighbours->before));

@@ -1,7 +1,6 @@
 #include <ensonify/engine/image/label_names.h>
 
 #include <algorithm>
-#include <cstdint>
 
 namespace ensonify::engine {
 namespace {

@@ -15,17 +15,16 @@ struct LabelNames {
   std::vector<std::string> classes, materials;
 };
 
-/// "none", the `wanted` names (without "none") in their order, then the names of `own` that are not
-/// wanted.
+/// "none", then the `wanted` names (without "none") in their order, then the other names of `own`.
 std::vector<std::string> joined_names(const std::vector<std::string>& own,
                                       std::span<const std::string> wanted);
-/// The number in `to` of each name in `from`, all of which are there. 0 stays 0.
+/// The number in `to` of each name in `from`. `to` must have all these names. 0 stays 0.
 std::vector<std::uint32_t> new_numbers(const std::vector<std::string>& from,
                                        const std::vector<std::string>& to);
 
-/// Renumbers the labels of images in place: the `wanted` names (without "none") get 1, 2, ... in
-/// their order; the images' other names follow in their old order. Returns the names by their new
-/// numbers.
+/// Renumbers the labels of images in place. The `wanted` names (which do not contain "none") get 1,
+/// 2, ... in their order, then the other names of `own`, which are the images' names so far, in
+/// their order. Returns the names by their new numbers.
 LabelNames renumber(const LabelNames& own, const LabelNames& wanted, std::span<Waterfall> images);
 
 }  // namespace ensonify::engine

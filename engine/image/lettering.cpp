@@ -5,8 +5,8 @@
 namespace ensonify::engine {
 namespace {
 
-// A dot matrix of 5 x 7 and a row for descenders: five columns per character, from ' ' to '~',
-// the lowest bit on top.
+// The characters from ' ' to '~' as dots: 5 columns, 7 rows and one more row for descenders. A byte
+// is a column; its lowest bit is on top.
 // clang-format off
 constexpr std::array<std::array<std::uint8_t, 5>, 95> letters{{
   {0x00,0x00,0x00,0x00,0x00},{0x00,0x00,0x5F,0x00,0x00},{0x00,0x07,0x00,0x07,0x00},{0x14,0x7F,0x14,0x7F,0x14},

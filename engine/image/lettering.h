@@ -10,6 +10,16 @@ namespace ensonify::engine {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
+/// Colours from numbers 0xRRGGBB.
+template <std::size_t n>
+constexpr std::array<Rgb, n> rgb_colours(const std::uint32_t (&numbers)[n]) {
+  std::array<Rgb, n> colours{};
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      colours[i][k] = static_cast<std::uint8_t>(numbers[i] >> (16 - 8 * k) & 0xff);
+  return colours;
+}
+
 /// The height of a line and the width of a letter with the gap after it, in pixels at size 1.
 inline constexpr std::size_t letter_height_px = 8, letter_width_px = 6;
 

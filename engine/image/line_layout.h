@@ -8,13 +8,13 @@
 
 namespace ensonify::engine {
 
-/// How the lines of a ping lie in a row of a picture: one sector of the sonar beside the other,
-/// those that look to port from far to near, the others from near to far. This is the only place
-/// that knows the order of columns.
+/// How the lines of a ping lie in a row of a picture: the sectors of the sonar next to each other.
+/// The bins of a sector to port are in order from far to near, those of another sector from near to
+/// far. Only this class defines the order of columns.
 class LineLayout {
  public:
-  /// A column of the picture: the sector (its place in Sonar::sectors()), and which of its `bins`,
-  /// counted from near to far.
+  /// A column of the picture as the sector's place in Sonar::sectors(), and the number of the bin
+  /// in this sector, counted from near to far.
   struct Place {
     std::size_t sector = 0, bin = 0;
   };
@@ -39,7 +39,8 @@ class LineLayout {
     return first_column(place.sector) +
            (mirrored(place.sector) ? bins_ - 1 - place.bin : place.bin);
   }
-  /// Copies a line, from near to far, to its columns of a row, and back.
+  /// set() copies a line, whose bins are from near to far, to its columns in a row; get() copies
+  /// these columns to a line.
   template <class Line, class Row>
   void set(std::size_t sector, const Line& line, Row row) const {
     const Row columns = row + static_cast<std::ptrdiff_t>(first_column(sector));

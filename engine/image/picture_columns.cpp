@@ -1,10 +1,6 @@
 #include <ensonify/engine/image/picture_columns.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <utility>
-#include <vector>
 
 #include <ensonify/engine/image/truth.h>
 
@@ -33,8 +29,6 @@ double height_over_bed_m(const Waterfall& waterfall, std::size_t row) {
   return first_return * waterfall.sonar.bin_m();
 }
 
-std::size_t ShownColumns::end() const { return static_cast<std::size_t>(std::ceil(until)); }
-
 std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t row,
                                         PictureColumns columns) {
   const Sonar& sonar = waterfall.sonar;
@@ -46,7 +40,7 @@ std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t 
     return std::sqrt(over_m * over_m + height_m * height_m) / sonar.bin_m();
   };
   const bool one_each = columns.per_side == static_cast<std::size_t>(sonar.bins);
-  // The bins that a column shows, both counted from nadir outwards.
+  // The bins that a column shows. Columns and bins are counted from nadir outwards.
   const auto shown_bins = [&](double column) -> ShownColumns {
     if (!one_each) return {bin_at(column), bin_at(column + 1.0)};
     const double bin = columns.over_ground ? std::floor(bin_at(column + 0.5)) : column;
@@ -76,7 +70,7 @@ std::ptrdiff_t labelled_column(const Waterfall& waterfall, std::size_t row, Show
     return layers.instance[i] != 0 ? 2 : layers.shadow_instance[i] != 0 ? 1 : 0;
   };
   const double middle = 0.5 * (shown.from + shown.until) - 0.5;
-  std::pair best{-1, 0.0};  // the rank, and how far from the middle, negative
+  std::pair best{-1, 0.0};  // the rank, and minus the distance from the middle
   std::ptrdiff_t found = -1;
   for (std::size_t column = shown.first(); column < shown.end(); ++column) {
     const std::pair here{rank(column), -std::abs(static_cast<double>(column) - middle)};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace ensonify::engine {
 /// How the columns of a picture lie: equally spaced in slant range or in ground range.
 struct PictureColumns {
   bool over_ground;
-  std::size_t per_side;  ///< as many as bins, or fewer
+  std::size_t per_side;  ///< columns per sector, at most one per bin
 
   LineLayout layout(const Sonar& sonar) const { return {sonar.sides, per_side}; }
 
@@ -23,30 +24,29 @@ struct PictureColumns {
 /// The columns of the waterfall itself: one per bin.
 PictureColumns columns_of_bins(const Sonar& sonar);
 
-/// Those that a display asks for. row_spacing_m: how far rows are usually apart along the track, as
-/// in Calibration.
+/// The columns that a display asks for. `row_spacing_m` is as in Calibration.
 PictureColumns picture_columns(const Sonar& sonar, const Display& display, double row_spacing_m);
 
-/// The sonar's height above the bed, as if the bed were level below it: from the ping's record, or
-/// else the slant range of the first echo.
+/// The sonar's height above the bed, with the bed taken as level: from the row's record or, without
+/// one, the slant range of the first echo.
 double height_over_bed_m(const Waterfall& waterfall, std::size_t row);
 
-/// What a column of a picture shows: the waterfall's columns from `from` to `until`, of the first
-/// and the last perhaps a part; nothing if both are equal.
+/// What a column of a picture shows: the waterfall's columns from `from` to `until`. Fractions mean
+/// that it shows only a part of the first or last column. Equal numbers mean that it shows nothing.
 struct ShownColumns {
   double from, until;
 
   std::size_t first() const { return static_cast<std::size_t>(from); }
-  std::size_t end() const;
-  /// The one in the middle, if anything is shown.
+  std::size_t end() const { return static_cast<std::size_t>(std::ceil(until)); }
+  /// The waterfall's column in the middle. Only if something is shown.
   std::size_t middle() const { return static_cast<std::size_t>(0.5 * (from + until)); }
 };
 
-/// For each column of a picture's row.
+/// What each column of a picture shows in one row.
 std::vector<ShownColumns> shown_columns(const Waterfall& waterfall, std::size_t row,
                                         PictureColumns columns);
 
-/// The mean of at(column) over what a column of a picture shows; 0 for nothing.
+/// The mean of at(column) over what a column of a picture shows; 0 if it shows nothing.
 template <class At>
 double mean_over(ShownColumns shown, At&& at) {
   double sum = 0.0;
@@ -59,8 +59,8 @@ double mean_over(ShownColumns shown, At&& at) {
   return width > 0.0 ? sum / width : 0.0;
 }
 
-/// The greatest at(column) over what a column of a picture shows: of the waterfall's columns whose
-/// middle it shows, and of the one in its own middle; 0 for nothing.
+/// The greatest at(column) of the waterfall's columns whose middle a column of a picture shows, and
+/// of the waterfall's column in the middle of that column; 0 if it shows nothing.
 template <class At>
 double greatest_over(ShownColumns shown, At&& at) {
   if (!(shown.from < shown.until)) return 0.0;
@@ -72,13 +72,13 @@ double greatest_over(ShownColumns shown, At&& at) {
   return greatest;
 }
 
-/// Which of the waterfall's columns stands for what a picture's column shows, because labels have
-/// no mean: the one nearest to its middle of those with an object or a feature, or else with the
-/// shadow of one, or else of all; -1 for nothing.
+/// The waterfall's column whose labels a picture's column has, because labels have no mean. Of the
+/// columns with an object or a feature it is the one nearest to the middle of the picture's column.
+/// Without such columns it is chosen in this way from the columns with the shadow of an object or
+/// feature, otherwise from all. -1 if the picture's column shows nothing.
 std::ptrdiff_t labelled_column(const Waterfall& waterfall, std::size_t row, ShownColumns shown);
 
-/// The layers of a waterfall that find_targets() reads, in other columns, 0 where these show
-/// nothing; the others are empty.
+/// The layers that find_targets() reads, in other columns; 0 where a column shows nothing.
 Waterfall truth_in_columns(PictureColumns columns, const Waterfall& waterfall);
 
 }  // namespace ensonify::engine

@@ -7,7 +7,6 @@
 #include <memory>
 #include <mutex>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -43,8 +42,8 @@ Array3d mix(const Array3d& from, const Array3d& to, double share) {
   return from + share * (to - from);
 }
 
-/// How a face is painted: first the solid faces, which show their edges; from `torpedo` on, the
-/// overlay.
+/// How a face is painted. Those before `torpedo` are solid faces, which show their edges; the
+/// others are transparent and in front of the solid faces.
 enum Finish : std::uint8_t {
   coarse_bed,
   exact_bed,
@@ -119,7 +118,7 @@ void add_mesh(Model& model, const ViewSubject& subject) {
   }
 }
 
-/// A body of revolution along the sonar's x axis, and four fins.
+/// Adds the sonar's shape: a body of revolution along the sonar's x axis, and four fins.
 void add_torpedo(Model& model, const Pose& pose, double length_m) {
   constexpr std::uint32_t corners = 32;
   constexpr std::array<std::array<double, 2>, 9> outline{{{0.5, 0.0},
@@ -156,7 +155,7 @@ void add_torpedo(Model& model, const Pose& pose, double length_m) {
   }
 }
 
-/// A line as a ribbon that faces the camera and has the same width in the picture everywhere.
+/// Adds a line as a ribbon that faces the camera and has the same width everywhere in the picture.
 void add_line(Model& model, const Camera& camera, const std::vector<Vector3d>& points,
               Finish finish, double width_px = line_px) {
   std::uint32_t last = 0;
@@ -175,7 +174,7 @@ void add_line(Model& model, const Camera& camera, const std::vector<Vector3d>& p
   }
 }
 
-/// The rays of a fan's middle plane, and their ends: at the bed, or in the water at full range.
+/// The rays of a fan's middle plane. They end at the bed, or in the water at full range.
 struct FanOutline {
   Vector3d origin;
   std::vector<Vector3d> ends;
@@ -193,7 +192,8 @@ FanOutline trace_outline(const Intersector& tracer, const RayFan& fan) {
 }
 
 void add_sheet(Model& model, const Camera& camera, const FanOutline& outline, double range_m) {
-  // Whole sectors would be needles with large boxes, of which each ray meets many.
+  // A triangle between two rays would be long and thin, with a large bounding box, and each ray of
+  // the picture would meet many such boxes.
   constexpr std::uint32_t pieces = 16;
   const std::uint32_t origin = model.add(outline.origin);
   for (std::size_t i = 0; i < outline.ends.size(); ++i)
@@ -205,8 +205,8 @@ void add_sheet(Model& model, const Camera& camera, const FanOutline& outline, do
       if (piece > 1) model.add({at - 1, at - pieces - 1, at - pieces}, sheet);
     }
   add_line(model, camera, {outline.origin, outline.ends.back()}, sheet_edge, 0.5 * line_px);
-  // The line where the sheet meets the bed, interrupted across shadows; drawn a little nearer to
-  // the camera, so that the bed does not hide half of its width.
+  // The line where the sheet meets the bed, with gaps at shadows. It is drawn a little nearer to
+  // the camera, so that the bed does not hide half of the line's width.
   std::vector<Vector3d> foot;
   for (std::size_t i = 0; i <= outline.hits.size(); ++i) {
     const bool ends =
@@ -221,8 +221,8 @@ void add_sheet(Model& model, const Camera& camera, const FanOutline& outline, do
   }
 }
 
-/// A camera behind the sonar and to starboard: the lowest one above the bed that sees the sonar and
-/// most of the bed under the fans.
+/// A camera behind the sonar and to starboard. Of several heights it has the lowest one that is
+/// above the bed and from which the sonar and at least 3/4 of the bed under the fans are visible.
 Camera choose_camera(const Intersector& tracer, const ViewSubject& subject,
                      const std::vector<FanOutline>& outlines, const Vector2d& size_px) {
   const Pose& pose = subject.track[subject.ping];
@@ -252,7 +252,7 @@ Camera choose_camera(const Intersector& tracer, const ViewSubject& subject,
   return camera;
 }
 
-/// A step of 1, 2 or 5 times a power of ten that divides `whole` into about five.
+/// A step that divides `whole` into about five steps: 1, 2 or 5 times a power of ten.
 double round_step(double whole) {
   const double power = std::pow(10.0, std::floor(std::log10(whole / 5.0)));
   const double rest = whole / 5.0 / power;
@@ -276,7 +276,6 @@ class Painter {
   Array3d solid_colour(const Spot& at, Finish finish, bool in_shadow) const;
   double edge_share(const Spot& at) const;
   double ring_share(const Spot& at) const;
-  double lit(const Vector3d& normal) const;
   void place_light();
   void lay_over(const std::vector<Ray>& rays, const std::vector<Hit>& solids,
                 std::vector<Array3d>& colours) const;
@@ -310,14 +309,14 @@ Painter::Painter(const ViewSubject& subject, const Vector2d& size_px) : size_px_
   add_line(clear_, camera_, {here, places.end()}, track_ahead);
   if (below) add_line(clear_, camera_, {sonar_, sonar_ - below.t * Vector3d::UnitZ()}, plumb_line);
 
-  // In the overlay, which casts no shadow, because the torpedo is not to scale.
+  // The torpedo is not to scale, so it is among the faces that cast no shadow.
   add_torpedo(clear_, pose, 0.1 * range_m_);
   clear_tracer_ = make_intersector("embree", clear_);
   place_light();
 }
 
-/// Light from the side and a little from behind the camera: the gentler the bed's slopes, the lower
-/// the light, so that they show.
+/// The light comes from the side and a little from behind the camera. The gentler the bed's slopes,
+/// the lower the light, so that the slopes are visible.
 void Painter::place_light() {
   double slopes = 0.0, area = 0.0;
   for (std::size_t f = 0; f < solid_.faces.size(); ++f) {
@@ -360,8 +359,8 @@ Painter::Spot Painter::spot(const Model& model, const Ray& ray, const Hit& hit) 
   return at;
 }
 
-/// The share of the sample that an edge of its face covers; it fades out for faces as small as
-/// pixels.
+/// The share of a sample (one of a pixel's rays) that an edge of its face covers. It goes to 0 for
+/// faces as small as pixels.
 double Painter::edge_share(const Spot& at) const {
   double nearest_px = 1e9, smallest_px = 1e9;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -377,7 +376,7 @@ double Painter::edge_share(const Spot& at) const {
          step_between(1.5, 8.0, smallest_px);
 }
 
-/// The share of the sample that a ring of equal range covers.
+/// The share of a sample that a ring of equal range covers.
 double Painter::ring_share(const Spot& at) const {
   const Vector3d out = at.point - sonar_;
   const double range_m = out.norm();
@@ -386,14 +385,10 @@ double Painter::ring_share(const Spot& at) const {
   return range_m < 0.5 * ring_m_ ? 0.0 : std::clamp(1.0 - off_px, 0.0, 1.0);
 }
 
-/// Direct light on a surface with this normal, relative to a level bed.
-double Painter::lit(const Vector3d& normal) const {
-  return std::max(0.0, normal.dot(to_light_)) / to_light_.z();
-}
-
 Array3d Painter::solid_colour(const Spot& at, Finish finish, bool in_shadow) const {
   const double sky = 0.5 + 0.5 * at.normal.z();
-  const double direct = in_shadow ? 0.0 : std::min(lit(at.normal), 2.2);
+  const double lit = std::max(0.0, at.normal.dot(to_light_)) / to_light_.z();  // a level bed: 1
+  const double direct = in_shadow ? 0.0 : std::min(lit, 2.2);
   Array3d colour = look_of(finish).colour;
   const double height = (at.point.z() - lowest_m_) / std::max(highest_m_ - lowest_m_, 1e-6);
   colour *= 0.75 + 0.5 * std::clamp(height, 0.0, 1.0);
@@ -404,11 +399,11 @@ Array3d Painter::solid_colour(const Spot& at, Finish finish, bool in_shadow) con
 /// Blends sheets and lines over the solid faces.
 void Painter::lay_over(const std::vector<Ray>& rays, const std::vector<Hit>& solids,
                        std::vector<Array3d>& colours) const {
-  constexpr int most = 8;  // layers; farther ones are hardly visible
+  constexpr int most = 8;  // layers; those farther away are hardly visible
   constexpr double beyond = 1.0 + 1e-5;
   struct Layer {
     Array3d colour = Array3d::Zero();
-    double clear = 1.0;  // share of the light behind that passes
+    double clear = 1.0;  // share of the light from behind that passes
   };
   std::vector<Layer> layers(rays.size());
   std::vector<std::size_t> at(rays.size());

@@ -15,33 +15,31 @@
 
 namespace ensonify::engine {
 
-/// A target together with what is known of the thing that it shows: an object, or a feature of the
-/// bed such as a trawl mark.
+/// A target, with data of the object or feature of the bed (such as a trawl mark) that it shows.
 struct TargetRecord {
   /// What only an object has.
   struct Object {
-    std::size_t table = 0;  ///< of the scene's [[objects]], from 0
+    std::size_t table = 0;  ///< number of its table in the scene's [[objects]], from 0
     double heading_rad = 0.0;
     double scale = 1.0;
     double buried = 0.0;      ///< share of its height under the bed
-    double aspect_rad = 0.0;  ///< direction of sight less its heading, clockwise
-    /// Share of the object that the sonar sees, ObjectVisibility::share(); none if that was not
-    /// counted.
+    double aspect_rad = 0.0;  ///< direction of sight minus its heading, clockwise
+    /// Share of the object that the sonar sees (ObjectVisibility::share()); none if not counted.
     std::optional<double> visible_share;
   };
 
   Target target;
   std::string class_name, material;
-  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of its bounds, local metres
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< of its bounds: east, north, up
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of its bounding box, local metres
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< of its bounding box: east, north, up
   std::optional<Object> object;                        ///< none for a feature
-  std::string layer;  ///< that made the feature, as in FeatureRecord; empty for an object
+  std::string layer;  ///< the layer that made the feature (FeatureRecord); empty for an object
 
   bool is_object() const { return object.has_value(); }
 };
 
-/// The targets of a waterfall over its seafloor, by instance. `views` is how much of each object of
-/// the seafloor its sonar saw; empty if that was not counted.
+/// The targets of a waterfall over its seafloor, ordered by instance. `views` is how much of each
+/// object of the seafloor the sonar saw; empty if not counted.
 std::vector<TargetRecord> target_records(const Waterfall& waterfall, const Seafloor& seafloor,
                                          std::span<const ObjectVisibility> views = {});
 

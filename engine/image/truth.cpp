@@ -1,10 +1,7 @@
 #include <ensonify/engine/image/truth.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <span>
-#include <string>
 #include <utility>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>
@@ -40,9 +37,9 @@ class Marks {
   std::uint64_t mark(int column, int row) const { return marks_[index(column, row)]; }
   bool is_new(int column, int row) const { return parts_[index(column, row)] == 0; }
 
-  /// Numbers the part that contains a pixel and adds it to an outline. The pixel must be the part's
-  /// first in row order, so its upper left corner lies on the outer border. Returns the part's
-  /// area in pixels.
+  /// Numbers the part that contains a pixel and adds the part to an outline. The pixel must be the
+  /// part's first pixel in row order, so that the pixel's upper left corner lies on the part's
+  /// outer border. Returns the part's area in pixels.
   std::size_t add_part(int column, int row, Outline& outline) {
     const std::uint64_t mine = mark(column, row);
     const std::uint32_t part = ++count_;
@@ -68,7 +65,7 @@ class Marks {
     return area;
   }
 
-  /// Sets the run lengths of an outline if its polygons enclose more than its pixels (holes).
+  /// Sets the run lengths of an outline if its polygons also enclose other pixels (holes).
   void find_holes(std::uint64_t mine, Outline& outline) const {
     std::size_t enclosed = 0;
     for (const std::vector<Corner>& polygon : outline.polygons) enclosed += area_of(polygon);
@@ -110,9 +107,9 @@ class Marks {
     outline.high = {std::max(outline.high[0], c + 1), std::max(outline.high[1], r + 1)};
   }
 
-  /// Walks along the pixels' edges with the part on the right, from an upper left corner back to
-  /// it. Where the part touches itself in a corner the walk turns right, so it stays on pixels that
-  /// share an edge.
+  /// The corners of a part's outer border. The border is followed along pixel edges with the part
+  /// on the right, from an upper left corner back to it. Where two pixels of the part touch only in
+  /// a corner it turns right, so that it stays on pixels that share an edge.
   std::vector<Corner> border(int column, int row, std::uint32_t part) const {
     const auto inside = [&](int c, int r) {
       return c >= 0 && r >= 0 && c < columns_ && r < rows_ && parts_[index(c, r)] == part;
@@ -188,8 +185,8 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
   std::array<std::size_t, most_sectors> pixels{};
   for (int row = std::max(0, shown.low[1] - more_rows);
        row < std::min(marks.rows(), shown.high[1] + more_rows); ++row) {
-    std::size_t of_row = 0;     // pixels
-    double to_starboard = 0.0;  // more of them than to port
+    std::size_t of_row = 0;     // pixels of the target in this row
+    double to_starboard = 0.0;  // their number to starboard minus their number to port
     for (int column = std::max(0, shown.low[0] - more_columns);
          column < std::min(marks.columns(), shown.high[0] + more_columns); ++column) {
       const std::size_t i = marks.index(column, row);

@@ -39,16 +39,15 @@ struct TargetOutlines {
   Outline shadow;  ///< pixels of region shadow with its `shadow_instance`
 };
 
-/// How the sonar sees the pixels of a target. Those of several parts of a run add up.
+/// How the sonar sees the pixels of a target. Sights in several parts of a run are added.
 struct Sight {
-  std::map<std::string, std::size_t> sector_px;  ///< how many, by the name of the sector
-  /// Sum over the pixels of the direction in which the sonar sees each, as a unit vector: north,
-  /// east.
+  std::map<std::string, std::size_t> sector_px;  ///< number of pixels by the name of the sector
+  /// Sum over the pixels of a unit vector (north, east): the direction from the sonar to the pixel.
   Eigen::Vector2d directions = Eigen::Vector2d::Zero();
 
   Sight& operator+=(const Sight& more);
   std::size_t pixels() const;
-  /// The name of the sector that has most of them; of two with as many the later name.
+  /// The name of the sector with the most pixels; of two with equal numbers the later name.
   std::string sector() const;
   /// Mean direction, clockwise from north.
   double direction_rad() const { return std::atan2(directions.y(), directions.x()); }
@@ -60,9 +59,10 @@ struct Target : TargetOutlines {
   double range_m = 0.0;  ///< mean slant range of the body; without a body, of the shadow
   double ping = 0.0;     ///< mean ping of the same pixels, numbered as in the run
   Sight sight;           ///< of the same pixels
-  /// Mean expected intensity of the body over that of the seabed near it, dB. The seabed near it:
-  /// pixels of region seabed without an instance, in the body's box grown by its own size (at least
-  /// 8 pixels) on every side. None if either is missing.
+  /// Mean expected intensity of the body divided by the mean expected intensity of the seabed near
+  /// it, in dB. The seabed near it is: pixels of region seabed without an instance, in the body's
+  /// box, which is extended on each side by its size (at least 8 pixels). None if there is no body
+  /// or no such seabed.
   std::optional<double> contrast_db;
 };
 
@@ -76,12 +76,12 @@ void for_each_truth_layer(F&& f) {
   f(&BinLayers::shadow_instance);
 }
 
-/// All objects and features with a pixel, or a shadow pixel, in the waterfall, by instance.
+/// By instance: all objects and features with a pixel of their body or shadow in the waterfall.
 std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall);
 std::vector<Target> find_targets(const Waterfall& waterfall);
 
 /// The instances with a pixel of their body in a line's first or last row, or in the outermost
-/// range bin of a side: they may go on beyond it.
+/// range bin of a sector. They may continue outside the line.
 std::set<std::uint32_t> targets_at_edges(const Waterfall& line);
 
 }  // namespace ensonify::engine

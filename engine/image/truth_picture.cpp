@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
-#include <numeric>
 #include <stdexcept>
-#include <vector>
 
 namespace ensonify::engine {
 namespace {
@@ -14,22 +12,10 @@ constexpr Rgb white{255, 255, 255};
 constexpr Rgb no_data_colour{110, 110, 110}, water_colour{20, 60, 120},
     bed_shadow_colour{0, 130, 110}, thing_shadow_colour{190, 40, 235};
 /// Strong colours for classes, pale colours for sediments.
-constexpr std::array<Rgb, 10> class_colours{{{255, 60, 50},
-                                             {255, 215, 0},
-                                             {0, 225, 235},
-                                             {90, 230, 60},
-                                             {255, 130, 0},
-                                             {255, 90, 190},
-                                             {70, 130, 255},
-                                             {185, 255, 150},
-                                             {200, 150, 90},
-                                             {230, 230, 255}}};
-constexpr std::array<Rgb, 6> sediment_colours{{{200, 180, 110},
-                                               {165, 175, 60},
-                                               {120, 130, 190},
-                                               {190, 120, 110},
-                                               {110, 180, 190},
-                                               {180, 130, 180}}};
+constexpr auto class_colours = rgb_colours({0xff3c32, 0xffd700, 0x00e1eb, 0x5ae63c, 0xff8200,
+                                            0xff5abe, 0x4682ff, 0xb9ff96, 0xc8965a, 0xe6e6ff});
+constexpr auto sediment_colours =
+    rgb_colours({0xc8b46e, 0xa5af3c, 0x7882be, 0xbe786e, 0x6eb4be, 0xb482b4});
 
 /// How a pixel is painted, in the order of the legend.
 struct Paint {
@@ -65,8 +51,7 @@ class TruthPainter {
     return several_ ? Paint{sediment, layers_.sediment[i]} : Paint{};
   }
 
-  /// A number for the object or feature (odd) or the shadow (even) that a pixel belongs to; 0:
-  /// none.
+  /// A number for what a pixel shows: an object or feature (odd), a shadow of one (even), 0: none.
   std::uint64_t thing(std::size_t i) const {
     if (is(i, Region::shadow)) return 2 * std::uint64_t{layers_.shadow_instance[i]};
     const bool lit = is(i, Region::seabed) || is(i, Region::object);

@@ -23,12 +23,12 @@ struct TruthPicture {
   std::vector<LegendEntry> legend;  ///< the colours that occur in it
 };
 
-/// The truth as tints over the picture of a waterfall (display.h), pixel by pixel: regions without
-/// an echo; shadows of objects and of the bed; labelled objects and features in the colour of their
-/// class; plain seabed by its sediment if there are several. Instances have borders in the full
-/// colour. Names as in Seafloor::classes and Seafloor::materials. Columns of the picture that show
-/// nothing have no tint. Throws std::invalid_argument if the picture's size is not that of the
-/// waterfall in these columns.
+/// Tints each pixel of the picture of a waterfall (display.h) by its truth. There are colours for
+/// regions without an echo, shadows of objects, shadows of the bed, each class of labelled objects
+/// and features, and each sediment of plain seabed if there are several sediments. Borders of
+/// instances have the full colour. `classes` and `materials` are as in Seafloor. Columns of the
+/// picture that show nothing have no tint. Throws std::invalid_argument if the picture does not
+/// have the rows of the waterfall and these columns.
 TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
                        std::span<const std::string> classes, std::span<const std::string> materials,
                        PictureColumns columns);

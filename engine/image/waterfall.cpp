@@ -1,6 +1,5 @@
 #include <ensonify/engine/image/waterfall.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>

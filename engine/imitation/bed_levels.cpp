@@ -21,7 +21,8 @@ namespace {
 
 constexpr double unknown_level = std::numeric_limits<double>::quiet_NaN();
 
-/// The mean power s of exponential intensities of which clipping at 1 leaves s (1 - exp(-1 / s)).
+/// The mean power s of exponentially distributed intensities of which clipping at 1 leaves the mean
+/// `power` = s (1 - exp(-1 / s)).
 double before_clipping(double power) {
   constexpr double most = 0.98;
   const double wanted = std::min(power, most);
@@ -33,8 +34,8 @@ double before_clipping(double power) {
   return low;
 }
 
-/// The levels of one side, by cells of grazing angle. If the recorder scaled each ping, they are
-/// relative to the water column of the same ping, which has the same scale.
+/// The levels of one side, by cell of grazing angle. If the recorder scales each ping, the levels
+/// are relative to the water column of the same ping, which has the same scale.
 std::array<std::vector<LevelAtRange>, grazing_cells> levels_at_ranges(
     const LineWithBed& line, Side side, const RecorderSigns& recorder) {
   constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
@@ -143,7 +144,7 @@ GrazingLevels mean_of_sides(const std::array<GrazingLevels, 2>& levels_db) {
 
 double range_slope_db(const LineWithBed& line, const RecorderSigns& recorder) {
   if (recorder.has_automatic_gain()) return unknown_level;
-  std::vector<std::vector<LevelAtRange>> cells;  // of both sides
+  std::vector<std::vector<LevelAtRange>> cells;  // the cells of both sides
   std::size_t blocks = 0;
   for (const Side side : line.sides()) {
     for (std::vector<LevelAtRange>& cell : levels_at_ranges(line, side, recorder)) {
@@ -153,11 +154,11 @@ double range_slope_db(const LineWithBed& line, const RecorderSigns& recorder) {
     }
   }
   const SharedSlope slope = shared_slope(cells, 0, 0);
-  // Some 10 blocks in each of 30 cells whose altitudes differ by a tenth or so.
+  // About 10 blocks in each of 30 cells, whose altitudes differ by about a tenth.
   constexpr double enough_variance = 0.3;
   if (!(slope.variance > enough_variance)) return unknown_level;
-  // Patches of the bed may look like a change with range. In that case the slope depends much on
-  // single parts of the line (the jackknife).
+  // Patches of the bed may look like a change with range. In that case the slope changes much if a
+  // part of the line is left out (the jackknife).
   constexpr std::size_t most_parts = 8;
   const std::size_t parts = std::min(most_parts, blocks);
   double sum = 0.0, squares = 0.0;
@@ -170,7 +171,7 @@ double range_slope_db(const LineWithBed& line, const RecorderSigns& recorder) {
   }
   const auto number = static_cast<double>(parts);
   const double error_db = std::sqrt((number - 1.0) * (squares - sum * sum / number) / number);
-  constexpr double most_error_db = 6.0;  // usual gains, 20 to 40, have this standard deviation
+  constexpr double most_error_db = 6.0;  // the deviation of usual gains, 20 to 40
   return error_db < most_error_db ? slope.value() : unknown_level;
 }
 
@@ -185,7 +186,7 @@ RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
                                slope_db)}};
   constexpr double min_spreading = 10.0;
   if (better.absorption && better.spreading < min_spreading) {
-    better.absorption = false;  // the slope of 2 a r over log10(r), at half the range
+    better.absorption = false;  // the absorption's slope: of 2 a r over log10(r), at half the range
     better.spreading += std::numbers::ln10 * absorption_db_per_m * range_m;
   }
   constexpr double least = 0.0, most = 80.0;

@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/crab.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -16,11 +15,11 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t window = 64;          // pings that show one angle
-constexpr double min_off_rad = 4 * degree;  // that is corrected
-constexpr double min_off_samples = 0.25;    // the same, as a drift per ping
+constexpr std::size_t window = 64;          // pings from which one crab angle is found
+constexpr double min_off_rad = 4 * degree;  // the least difference that is corrected
+constexpr double min_off_samples = 0.25;    // the same, as a drift in samples per ping
 
-/// The crab angle in the middle of a window of pings: by heading and course, and by the samples.
+/// The crab angle in the middle of a window of pings: stated by headings, and shown by samples.
 struct Crab {
   double ping, stated_rad, shown_rad;
   bool has_long_forms;
@@ -34,14 +33,14 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(values.size(), 1)));
 }
 
-/// Whether the bed of both sides has long forms in pings [first, first + window), so that its drift
-/// does not show how the vehicle moves.
+/// Whether the bed has long forms in pings [first, first + window), on the mean of both sides. Then
+/// its drift does not show how the vehicle moves.
 bool has_long_forms(const LineWithBed& line, std::size_t first, double step_m) {
-  // The speckle of pings is alike within the length of the array.
-  constexpr double longest_array_m = 0.5;  // of most sonars
+  // The speckle of two pings is alike if they are less than an array's length apart.
+  constexpr double longest_array_m = 0.5;  // of most sonars' arrays
   constexpr double min_lag = 4, max_lag = 0.5 * window;
-  // Scenes with ripples or trawl marks have 0.3 to 0.8, most others and two real recordings less
-  // than 0.25.
+  // Scenes with ripples or trawl marks have 0.3 to 0.8. Most others and two real recordings have
+  // less than 0.25.
   constexpr double max_likeness = 0.25;
   const auto lag =
       static_cast<std::size_t>(std::clamp(std::ceil(longest_array_m / step_m), min_lag, max_lag));
@@ -52,7 +51,7 @@ bool has_long_forms(const LineWithBed& line, std::size_t first, double step_m) {
   return likeness > max_likeness;
 }
 
-/// Where both are known.
+/// The crab angles of all windows in which both angles are known.
 std::vector<Crab> crabs_of(const LineWithBed& line, const VehiclePath& path) {
   std::vector<Crab> crabs;
   for (std::size_t first = 0; first + window <= line.pings.size(); first += window / 2) {
@@ -66,7 +65,7 @@ std::vector<Crab> crabs_of(const LineWithBed& line, const VehiclePath& path) {
                  north_m = path.y_m[last] - path.y_m[first];
     const double step_m = std::hypot(east_m, north_m) / static_cast<double>(last - first);
     if (!drift_m || !(step_m > 0.0)) continue;
-    // In the middle of the samples that count, from twice the first return to the end.
+    // In the middle of what bed_drift_m() uses: from twice the first return to the end.
     const double middle_m = path.altitude_m[first + window / 2] + 0.5 * line.pings[first].range_m;
     const double cos_grazing =
         std::sqrt(std::max(0.0, 1.0 - std::pow(path.altitude_m[first + window / 2] / middle_m, 2)));

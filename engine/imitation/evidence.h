@@ -7,12 +7,12 @@
 
 namespace ensonify::engine {
 
-/// Where the value of an imitation's key comes from, the surest first.
+/// Where the value of a key of an imitation comes from, the most certain first.
 enum class Confidence {
   stated,    ///< the recording's file has it
-  measured,  ///< its samples or its navigation show it directly
-  fitted,    ///< chosen so that the imitation's statistics become the recording's
-  assumed    ///< the recording does not show it; a usual value
+  measured,  ///< the samples or the navigation show it directly
+  fitted,    ///< chosen so that the imitation has the recording's statistics
+  assumed    ///< a usual value, because the recording does not show it
 };
 constexpr std::string_view name_of(Confidence how) {
   constexpr std::array<std::string_view, 4> names{"stated", "measured", "fitted", "assumed"};
@@ -23,10 +23,10 @@ constexpr std::string_view name_of(Confidence how) {
 struct Evidence {
   Confidence how = Confidence::assumed;
   std::string why;        ///< a few words
-  bool at_limit = false;  ///< the fit would have gone on, but no further values are tried
+  bool at_limit = false;  ///< the fit reached the last value that it tries
 };
 
-/// The evidence of a value that the fit keeps within two limits, with a note if it is at one.
+/// The evidence for a value from `least` to `most`; with a note if the value is at a limit.
 inline Evidence within_limits(Evidence evidence, double value, double least, double most) {
   evidence.at_limit = value <= least || value >= most;
   if (evidence.at_limit)

@@ -28,14 +28,15 @@ namespace {
 constexpr std::size_t max_pings = 3000, fewest_pings = 64;
 constexpr std::size_t block = 32, max_fit_blocks = 7;
 
-/// The middle of the line, of pings of one range. Throws RecordingError.
+/// The pings in the middle of the line that have one range. Throws RecordingError if there are too
+/// few, or if all samples are equal.
 RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unknown) {
   auto [alike, left_out] = alike_pings(line);
   const std::size_t pings = alike.pings.size();
   if (pings == 0 || !(alike.pings.front().range_m > 0.0))
     throw RecordingError(
         "the recording does not state the range of its pings, which an imitation needs");
-  constexpr double longest_m = 20e3;  // the limit of a scene's sonars
+  constexpr double longest_m = 20e3;  // the longest range of a scene's sonars
   if (const double range_m = alike.pings.front().range_m; range_m > longest_m)
     throw RecordingError(fmt::format(
         "the pings state a range of {:.3g} m, expected at most {:.3g} m; is the recording damaged?",
@@ -72,8 +73,8 @@ double silent_share(const RecordedLine& line, Side side) {
   return static_cast<double>(silent) / static_cast<double>(line.pings.size());
 }
 
-/// Leaves out a side whose samples are all 0 in nearly all pings, if the other has echoes. One that
-/// is 0 in all pings, a reader has left out already.
+/// Leaves out a side whose samples are 0 in nearly all pings, if the other side has echoes. (A
+/// reader of recordings leaves out a side that is 0 in all pings.)
 void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown) {
   const double port = silent_share(line, Side::port),
                starboard = silent_share(line, Side::starboard);
@@ -88,7 +89,7 @@ void leave_out_silent_side(RecordedLine& line, std::vector<std::string>& unknown
   rows.clear();
 }
 
-/// Notes doubts about the altitude.
+/// Adds doubts about the altitude to `unknown`.
 void note_altitudes(const RecordedLine& line, const VehiclePath& path,
                     std::vector<std::string>& unknown) {
   if (path.altitude.how == Confidence::stated)
@@ -98,7 +99,7 @@ void note_altitudes(const RecordedLine& line, const VehiclePath& path,
   std::vector<double> off_m;
   for (std::size_t i = 0; i < line.pings.size(); ++i)
     if (line.pings[i].altitude_m) off_m.push_back(*line.pings[i].altitude_m - path.altitude_m[i]);
-  constexpr double alike = 0.05;  // of the altitude
+  constexpr double alike = 0.05;  // share of the altitude
   const double median_off_m = median(std::move(off_m));
   if (std::abs(median_off_m) > alike * median(path.altitude_m))
     unknown.push_back(fmt::format(
@@ -117,7 +118,8 @@ bool states_frequency(const RecordedLine& line) {
   return line.frequency_hz >= 1e3 && line.frequency_hz <= 10e6;
 }
 
-/// The bandwidth and the kind of the pulse, as stated; else one sample's bandwidth.
+/// Sets the bandwidth and the kind of the pulse to what the file states; otherwise to CW, as long
+/// as a sample.
 void set_pulse(const RecordedLine& line, LineModel& model) {
   const double bin_m = model.range_m / static_cast<double>(model.samples);
   const double one_sample_hz = 0.5 * model.sound_speed_mps / bin_m;
@@ -126,7 +128,7 @@ void set_pulse(const RecordedLine& line, LineModel& model) {
   const Evidence stated{Confidence::stated, "of the channel"};
   model.pulse.bandwidth_hz = line.bandwidth_hz;
   model.evidence["sonar.sidescan.bandwidth_hz"] = stated;
-  constexpr double min_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
+  constexpr double min_sweep = 2.0;  // bandwidth times length; a CW pulse has 1
   const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
   if (line.pulse_length_s * line.bandwidth_hz > min_sweep && line.pulse_length_s < longest_s &&
       line.bandwidth_hz > min_bandwidth * one_sample_hz) {
@@ -137,7 +139,7 @@ void set_pulse(const RecordedLine& line, LineModel& model) {
   }
 }
 
-/// The array's length from the stated width of its beam, and the vertical beam; else usual ones.
+/// Sets the array's length, by the stated beam width, and the vertical beam; or usual values.
 void set_beam(const RecordedLine& line, LineModel& model) {
   const double wavelength_m = model.sound_speed_mps / model.frequency_hz;
   constexpr double usual_beamwidth_rad = 0.5 * degree;
@@ -156,7 +158,7 @@ void set_beam(const RecordedLine& line, LineModel& model) {
     model.evidence[key] = {Confidence::stated, "of the channel"};
 }
 
-/// What is unknown because the recording lacks it.
+/// Adds to `unknown` what the recording lacks.
 void note_missing(const RecordedLine& line, const LineModel& model,
                   std::vector<std::string>& unknown) {
   if (model.unrecorded > 0)
@@ -167,7 +169,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
             static_cast<double>(model.samples)));
   if (model.path.place.how == Confidence::assumed)
     unknown.push_back("how fast the vehicle is, and where it goes: " + model.path.place.why);
-  // Water is darker than the bed; otherwise find_bed() has found a change of the bed.
+  // If the water is not darker than the bed, find_bed() may have found a change of the bed.
   constexpr double clearly_db = 10.0;
   std::vector<double> levels_db;
   for (const GrazingLevels& side : model.levels_db)
@@ -189,7 +191,7 @@ void note_missing(const RecordedLine& line, const LineModel& model,
   }
 }
 
-/// What is unknown in the first model.
+/// Adds to `unknown` what the first model leaves open.
 void note_gaps(const RecordedLine& line, const LineModel& model,
                std::vector<std::string>& unknown) {
   if (model.path.attitude.how == Confidence::assumed)
@@ -219,7 +221,7 @@ void note_gaps(const RecordedLine& line, const LineModel& model,
     unknown.push_back("the noise: " + model.recorder.column_from.why);
 }
 
-/// The model before any simulation.
+/// The model before the first simulation.
 LineModel first_model(const LineWithBed& line) {
   LineModel model;
   model.path = vehicle_path(line);
@@ -251,8 +253,8 @@ LineModel first_model(const LineWithBed& line) {
   return model;
 }
 
-/// The pings of every other block are for the fit, the others for its judgement. The fit simulates
-/// a few blocks of its half, spread over the line.
+/// Every second block of pings is for the fit; the others are for the judgement. The fit simulates
+/// only some of its blocks, spread over the line.
 struct Halves {
   std::vector<std::size_t> fit, simulated, judged;
 
@@ -268,7 +270,7 @@ struct Halves {
   }
 };
 
-/// Where objects lie that the imitation lacks.
+/// Adds to `unknown` where objects lie that the imitation lacks.
 void note_objects(const LineWithBed& line, const LineModel& model,
                   std::vector<std::string>& unknown) {
   const std::vector<BrightObject> objects = bright_objects(line, model.path, model.recorder);
@@ -286,7 +288,7 @@ void note_objects(const LineWithBed& line, const LineModel& model,
       places);
 }
 
-/// What the fit did not reach: keys at their limits, and contrasts that differ all the same.
+/// Adds to `unknown` what the fit did not reach: keys at limits, and contrasts that still differ.
 void note_limits(const Imitation& made, std::vector<std::string>& unknown) {
   for (const FoundKey& key : found_keys(made.model))
     if (key.evidence.at_limit)
@@ -321,19 +323,19 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   leave_out_silent_side(line, made.unknown);
   const VehiclePath path = vehicle_path(LineWithBed(line));
   note_altitudes(line, path, made.unknown);
-  // The bottom line of the whole recording leads the search for it in parts of the recording.
+  // The bottom line of the whole recording then guides the search for it in parts of the recording.
   for (std::size_t i = 0; i < line.pings.size(); ++i) line.pings[i].altitude_m = path.altitude_m[i];
   made.line = LineWithBed(std::move(line));
   const Halves halves(made.line.pings.size());
   LineModel& model = made.model;
-  // The bed, the beam and the sediment are those of pings with one gain.
+  // The bed, the beam and the sediment are found from pings without changes of the gain.
   const RecorderSigns recorder = recorder_signs(made.line);
   const PingGains gains = ping_gains(made.line, recorder);
   const LineWithBed even = without_ping_gains(made.line, gains, recorder);
   const LineWithBed half(some_pings(even, halves.fit));
   model = first_model(half);
   note_gaps(half, model, made.unknown);
-  // The path is that of all pings: where the vehicle is, is not fitted.
+  // The path has all pings: where the vehicle is does not come from the fit.
   model.path = path;
   note_missing(made.line, model, made.unknown);
   if (!model.path.heading_instead.empty())
@@ -349,8 +351,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   model.bed = bed_extent(model);
   model.tones = tone_map(half, some_pings(model.path, halves.fit), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
-  // An automatic gain evens what the beam makes of the bed, so that the level does not show the
-  // bed.
+  // With an automatic gain, the level over the angle does not show the bed.
   const bool beam_is_stated =
       states_vertical_beam(made.line) && !model.recorder.has_automatic_gain();
 

@@ -18,7 +18,7 @@ struct Point {
 };
 using Curve = std::vector<Point>;
 
-/// A graph of the recording's curve and the imitation's, as SVG.
+/// A graph with the curves of recording and imitation, as SVG. Empty if one has no points.
 std::string graph(std::string_view title, std::string_view x_axis, std::string_view y_axis,
                   const Curve& recording, const Curve& imitation) {
   constexpr double width = 460.0, height = 260.0, left = 55.0, bottom = 40.0, top = 25.0;
@@ -64,7 +64,8 @@ std::string graph(std::string_view title, std::string_view x_axis, std::string_v
   return svg;
 }
 
-/// The statistics of a curve: the middles of their parts of it, and the values of both lines.
+/// The points of one curve, for the recording and for the imitation: each part of the curve has its
+/// middle and the value of its statistic.
 std::array<Curve, 2> curves(const Imitation& made, StatisticCurve curve) {
   std::array<Curve, 2> both;
   for (const ComparedStatistic& one : made.statistics) {
@@ -76,7 +77,7 @@ std::array<Curve, 2> curves(const Imitation& made, StatisticCurve curve) {
   return both;
 }
 
-/// The histogram of the bed's amplitudes over their mean, both sides.
+/// The histogram of the bed's amplitudes divided by their mean, of both sides, in percent.
 Curve histogram(const LineWithBed& line) {
   constexpr std::size_t bars = 60;
   constexpr double most = 4.0;
@@ -102,7 +103,7 @@ Curve histogram(const LineWithBed& line) {
   return curve;
 }
 
-/// The range of the first return of the first side by ping.
+/// The range of the first return by ping, of port if the line has it.
 Curve first_returns(const LineWithBed& line) {
   const Side side = line.port.empty() ? Side::starboard : Side::port;
   const std::vector<std::size_t>& bed = line.bed(side).first_sample;

@@ -20,12 +20,12 @@
 namespace ensonify::engine {
 namespace {
 
-/// A number that the fit corrects in every round, within limits.
+/// A number that the fit corrects in each round, within limits.
 struct FittedKey {
   const char* key;
-  const char* statistic;         ///< the evidence
-  double least, most;            ///< that are tried
-  double least_step, most_step;  ///< of a round: a term of levels and exponents, else a factor
+  const char* statistic;         ///< what the number is fitted to
+  double least, most;            ///< limits of the value
+  double least_step, most_step;  ///< of a round: a term for levels and exponents, else a factor
 
   double step(double change) const { return std::clamp(change, least_step, most_step); }
   Evidence set(double to, double& value) const {
@@ -49,15 +49,15 @@ constexpr FittedKey  // key, statistic; values, steps
                  0.05, 5.0, 0.7, 1.4};
 // clang-format on
 constexpr const char* bandwidth_key = "sonar.sidescan.bandwidth_hz";
-/// The bands of grazing angle whose samples show texture best, degrees.
+/// The bands of grazing angle, in degrees, whose samples show texture best.
 constexpr std::array low_bands{"8_to_14", "14_to_20"};
 
 std::string contrast_at(const char* band) { return fmt::format("contrast_at_{}_deg", band); }
 
-/// The numbers that the fit compares.
+/// The numbers of a line that the fit compares.
 struct Figures {
   std::map<std::string, double> statistics;
-  std::map<int, double> level_over_range;  // by the percent of the range where its part begins
+  std::map<int, double> level_over_range;  // key: where the part begins, in percent of the range
   std::array<GrazingLevels, 2> levels;
   double lasting_peaks;
 
@@ -73,9 +73,10 @@ struct Figures {
   double operator[](const std::string& name) const { return statistics.at(name); }
 };
 
-/// How the correlation of neighbouring pings falls with their distance d: the intensity of a
-/// two-way line array of length L has the angular pattern sinc^4, whose transform is the cubic
-/// B-spline of 2 d / L; that of the amplitude is nearly its square.
+/// The correlation of the amplitudes of two pings at a distance d, for d over the array's length L.
+/// The intensity of a two-way line array has the angular pattern sinc^4, whose transform is the
+/// cubic B-spline of 2 d / L. The correlation of the amplitudes is nearly the square of this
+/// spline, scaled to 1 at d = 0.
 double array_correlation(double distance_over_length) {
   const double x = 2.0 * distance_over_length;
   const double spline = x < 1.0   ? 2.0 / 3.0 - x * x + 0.5 * x * x * x
@@ -84,9 +85,9 @@ double array_correlation(double distance_over_length) {
   const double field = 1.5 * spline;
   return field * field;
 }
-/// The inverse.
+/// The inverse of array_correlation().
 double distance_over_length(double correlation) {
-  constexpr double least = 0.02, most = 0.98;  // beyond, it hardly depends on the distance
+  constexpr double least = 0.02, most = 0.98;  // beyond, the distance hardly matters
   const double wanted = std::clamp(correlation, least, most);
   double low = 0.0, high = 1.0;
   for (int i = 0; i < 50; ++i) {
@@ -96,7 +97,8 @@ double distance_over_length(double correlation) {
   return low;
 }
 
-/// Fills cells of NaN: with the known cell before, or the first known one; with 0 if there is none.
+/// Fills cells that are NaN with the known cell before them, or the first known cell; with 0 if
+/// none is known.
 void fill(std::vector<double>& cells) {
   const auto is_known = [](double cell) { return std::isfinite(cell); };
   const auto first = std::ranges::find_if(cells, is_known);
@@ -104,8 +106,8 @@ void fill(std::vector<double>& cells) {
   for (double& cell : cells) cell = last = is_known(cell) ? cell : last;
 }
 
-/// A line whose pings are not scaled, as the recorder scales them: each side of each ping to the
-/// mean of that amplitude. Pings at other altitudes then count as much as in the recording.
+/// Scales the pings of a line as the recorder does: each side of each ping gets the mean amplitude
+/// `ping_mean`. Pings at other altitudes then count as much as in the recording.
 LineWithBed scaled(const LineWithBed& line, const RecorderSigns& recorder) {
   if (recorder.ping_mean == 0.0 || recorder.curve != TransferCurve::linear) return line;
   RecordedLine all = line;
@@ -131,15 +133,15 @@ class Fit {
     begin_pulse();
   }
 
-  /// After a simulation with pings that are not scaled: the gain and the gain over range.
+  /// Corrects the gain and the gain over range, after a simulation in which pings are not scaled.
   void correct_geometry(const LineWithBed& ours, double gain_db) {
     RecorderSigns unscaled = model_.recorder;
     unscaled.ping_mean = 0.0;
     const RangeLaw before = model_.range_law;
     model_.range_law = corrected_law(before, model_.range_slope_db, range_slope_db(ours, unscaled),
                                      model_.absorption_db_per_m, model_.range_m);
-    // The floor is relative to full scale, so a bed at another level would have another distance
-    // from it, and with it another level over the angle and another bottom line.
+    // The noise floor is relative to full scale. If the bed had another level, its distance from
+    // the floor would change the level over the angle and the bottom line.
     std::vector<double> louder_db;
     const GrazingLevels excess_db = excess_over(grazing_levels_of_sides(ours, model_.recorder));
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
@@ -148,12 +150,12 @@ class Fit {
     model_.gain_db = gain_db + mean_of(louder_db);
   }
 
-  /// From the first echo of the bed. After a simulation with the line's beam: where the nearest bed
-  /// is received more weakly, it seems to begin later.
+  /// Corrects the altitude by the first echo of the bed, after a simulation with the line's own
+  /// beam: where the beam is weaker straight down, the bed seems to begin later.
   void correct_altitude(const LineWithBed& ours) {
-    // The path has the altitudes that the whole recording shows. The rest is the error of
-    // find_bed(), which is small: a larger difference comes from another beam or noise floor, and
-    // means nothing.
+    // The path already has the altitudes that the whole recording shows. What is left is the error
+    // of find_bed(), which is small. A larger difference comes from another beam or noise floor,
+    // and says nothing about the altitude.
     if (model_.path.altitude.how == Confidence::stated) return;
     std::vector<double> off_m = first_bed_echoes_m(ours);
     for (std::size_t i = 0; i < off_m.size(); ++i)
@@ -165,14 +167,14 @@ class Fit {
     if (std::abs(shift_m) <= most_bins * model_.bin_m()) model_.altitude_shift_m = shift_m;
   }
 
-  /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam
-  /// where the file does not state it. Returns nearest_sediments().
+  /// Chooses the material and, if the file does not state it, the beam, after a simulation with the
+  /// sonar's formula beam and automatic gain. Returns nearest_sediments().
   std::vector<NearSediment> begin(const LineWithBed& ours, double gain_db, bool beam_is_stated) {
-    // The gain is that before the pings are scaled; the level over the angle is that behind.
+    // The gain is found before the pings are scaled, the level over the angle after it.
     const GrazingLevels unscaled = excess_over(grazing_levels_of_sides(ours, model_.recorder));
     const Figures simulated(scaled(ours, model_.recorder), model_.recorder);
     GrazingLevels both = excess_over(simulated.levels);
-    GrazingLevels by_law{};  // what another gain over range changes
+    GrazingLevels by_law{};  // the change by another gain over range
     if (model_.range_law.from.how == Confidence::assumed && beam_is_stated) {
       by_law = choose_range_law(both);
       for (std::size_t i = 0; i < grazing_cells; ++i) both[i] -= by_law[i];
@@ -185,7 +187,7 @@ class Fit {
     const bool plain = beam_is_stated && !sediments.empty() &&
                        sediments.front().rms_db < plain_enough_db &&
                        !(std::abs(port_over_starboard_db(simulated)) > sides_alike_db);
-    GrazingLevels weaker_db = strength_db(model_, before);  // than before, by the material
+    GrazingLevels weaker_db = strength_db(model_, before);  // how much weaker the new material is
     const GrazingLevels now_db = strength_db(model_, model_.material);
     for (std::size_t i = 0; i < grazing_cells; ++i) weaker_db[i] -= now_db[i];
     std::vector<double> offsets, gain_offsets;
@@ -213,10 +215,10 @@ class Fit {
     return sediments;
   }
 
-  /// After a simulation of the whole chain.
+  /// Corrects all other numbers, after a simulation of the whole chain.
   void correct(const LineWithBed& ours) {
     const Figures simulated(ours, model_.recorder);
-    // A fitted beam takes all of the level over the angle, and with it most of that over range.
+    // A fitted beam contains the level over the angle, and with it most of the level over range.
     if (!model_.has_pattern()) correct_range_law(simulated);
     correct_levels(simulated);
     if (!model_.recorder.even_ranges) correct_floor(simulated);
@@ -227,7 +229,7 @@ class Fit {
   }
 
  private:
-  /// The recording's level over the angle less a simulation's, the mean of the sides.
+  /// The recording's level over the angle minus that of a simulation; the mean of both sides.
   GrazingLevels excess_over(const std::array<GrazingLevels, 2>& simulated) const {
     std::array<GrazingLevels, 2> excess_db;
     for (const std::size_t side : {0u, 1u})
@@ -250,12 +252,13 @@ class Fit {
     }
     model_.evidence["material.bed.like"] = {Confidence::fitted, why};
   }
-  /// What a gain over range amplifies at the range of a cell.
+  /// The gain of `law` at the range of a cell, in dB.
   double law_db(const RangeLaw& law, std::size_t cell) const {
     return law.gain_db(mean_of(model_.path.altitude_m) / std::sin(grazing_cell_rad(cell)),
                        model_.absorption_db_per_m);
   }
-  /// How much louder port is than in a simulation with equal sides; NaN if the line has one side.
+  /// How many dB port is louder than starboard, compared with a simulation whose sides are equal. 0
+  /// if the line has one side.
   double port_over_starboard_db(const Figures& simulated) const {
     std::vector<double> off;
     for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
@@ -265,9 +268,9 @@ class Fit {
         off.push_back(one);
     return median(std::move(off));
   }
-  /// Chooses the gain over range where the altitude does not show it: the usual one with which some
-  /// sediment comes nearest to the level over the angle, with the stated beam. Returns by how much
-  /// it amplifies more than the gain so far.
+  /// Chooses the gain over range if the altitude does not show it. Of the usual gains it takes the
+  /// one with which a sediment, under the stated beam, comes nearest to the level over the angle.
+  /// Returns the new gain minus the old gain, by cell.
   GrazingLevels choose_range_law(const GrazingLevels& excess_db) {
     constexpr std::array<double, 3> usual{30.0, 20.0, 40.0};
     const RangeLaw before = model_.range_law;
@@ -291,7 +294,8 @@ class Fit {
     return chosen_db;
   }
 
-  /// A pattern of both sides, its largest level 0 dB: what is taken off goes into the gain.
+  /// Completes the pattern for both sides, and shifts it so that its largest level is 0 dB; the
+  /// shift goes into the gain.
   void complete_pattern() {
     if (!model_.port) model_.vertical_db[0] = model_.vertical_db[1];
     if (!model_.starboard) model_.vertical_db[1] = model_.vertical_db[0];
@@ -305,7 +309,7 @@ class Fit {
   }
 
   void correct_levels(const Figures& simulated) {
-    constexpr double most_db = 10.0, share = 0.9;  // of a round; of the difference
+    constexpr double most_db = 10.0, share = 0.9;  // per round; of the difference
     std::vector<double> offsets;
     for (const std::size_t side : {0u, 1u}) {
       std::vector<double> off;
@@ -329,9 +333,9 @@ class Fit {
     model_.evidence["sonar.sidescan.gain_db"] = {Confidence::fitted, "level of the bed"};
   }
 
-  /// Corrects the rest of the level over range after the level over the angle has been fitted.
+  /// Corrects what is left in the level over range, after the level over the angle was fitted.
   void correct_range_law(const Figures& simulated) {
-    // At a constant altitude the level over the angle has all the information.
+    // At a constant altitude, the level over range shows no more than the level over the angle.
     if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
       return;
     std::vector<LevelAtRange> off;
@@ -343,19 +347,19 @@ class Fit {
       }
     constexpr std::size_t fewest = 5;
     if (off.size() < fewest) return;
-    constexpr double share_of_slope = 0.7;  // of the correction that the slope asks for
+    constexpr double share_of_slope = 0.7;  // of the correction that the slope suggests
     const double before = model_.range_law.spreading;
     model_.range_law.from =
         spreading.set(before + spreading.step(share_of_slope * shared_slope({off}, 0, 0).value()),
                       model_.range_law.spreading);
-    // The gain stays the same at half the range.
+    // The gain at half the range stays the same.
     model_.gain_db =
         *model_.gain_db - (model_.range_law.spreading - before) * std::log10(0.5 * model_.range_m);
   }
 
   void correct_floor(const Figures& simulated) {
     const double has = real_["column_over_bed"], now = simulated["column_over_bed"];
-    // One of them may lie below the digitiser's first step.
+    // In one of the two lines, the noise may be below the digitiser's first step.
     constexpr double into_samples_db = 3.0, out_of_samples_db = -10.0;
     const double off = has > 0.0 && now > 0.0
                            ? real_["column_over_bed_db"] - simulated["column_over_bed_db"]
@@ -368,7 +372,7 @@ class Fit {
     if (has > 0.0) model_.evidence[output_noise.key] = std::move(fitted);
   }
 
-  /// Relief correlates samples at some distance from each other; texture below the cell does not.
+  /// Relief correlates samples at some distance; texture below the sonar's cell does not.
   void correct_relief(const Figures& simulated) {
     double off = 0.0;
     for (const char* name : {"range_correlation_2", "range_correlation_4"})
@@ -381,23 +385,23 @@ class Fit {
         relief.set(height_m * relief.step(1.0 + factor_per_correlation * off), height_m);
   }
 
-  /// Contrast at low grazing angles above that of the bed without texture is attributed to texture.
-  /// The contrast shows the shape of its patches: the variance that they add goes with 1 / shape
-  /// (scatter::GroundTexture). The kurtosis shows the share of single points, on which it depends
-  /// far more than on the shape. It hardly depends on the points' number per area, which stays the
-  /// sediment's. Points last from ping to ping. Where the recording's bright samples do not last as
-  /// long, something else makes the kurtosis, and more points would only draw threads along the
-  /// track.
+  /// Contrast at low grazing angles beyond that of a bed without texture is attributed to texture.
+  /// The contrast shows the shape of the texture's patches: the variance that they add is
+  /// proportional to 1 / shape (scatter::GroundTexture). The kurtosis shows the share of single
+  /// bright points, and depends far more on it than on the shape. It hardly depends on the number
+  /// of points per area, which stays the sediment's. Points stay bright from ping to ping. If the
+  /// bright samples of the recording do not stay bright as long, something else makes the kurtosis;
+  /// more points would only draw lines along the track.
   void correct_texture(const Figures& simulated) {
-    // Where the range ends at a steeper angle, the first band has no samples.
+    // If the range ends at a steeper angle, the first band has no samples.
     const auto known = std::ranges::find_if(low_bands, [&](const char* band) {
       return std::isfinite(real_[contrast_at(band)] + simulated[contrast_at(band)]);
     });
     if (known == low_bands.end()) return;
     const double has = real_[contrast_at(*known)], now = simulated[contrast_at(*known)];
-    std::vector<double> peaks;  // how much more than now, as logarithms
+    std::vector<double> peaks;  // recording over simulation, as logarithms
     for (const char* band : low_bands) {
-      // One more than the kurtosis is nearly proportional to the share.
+      // The kurtosis plus one is nearly proportional to the share.
       const auto raised = [&](const Figures& of) {
         return std::max(of[fmt::format("kurtosis_at_{}_deg", band)] + 1.0, 0.1);
       };
@@ -424,13 +428,13 @@ class Fit {
     double &shape = model_.texture_shape, &share = model_.glint_share;
     model_.evidence[texture_shape.key] =
         texture_shape.set(shape / texture_shape.step(uneven), shape);
-    // Where the patches hardly differ, the points make the contrast too.
+    // If the patches hardly differ, the points also make the contrast.
     const double change = shape < alike ? peaked : std::sqrt(peaked * uneven);
     constexpr double as_lasting = 0.1;
     const bool too_lasting = simulated.lasting_peaks > real_.lasting_peaks + as_lasting;
     glint_share.set(share * glint_share.step(too_lasting ? 0.0 : change), share);
     Evidence of_share = within_limits({Confidence::fitted, glint_share.statistic}, share, 0.0,
-                                      glint_share.most);  // the smallest is none
+                                      glint_share.most);  // the smallest share is none
     if (too_lasting && peaked > 1.0) {
       of_share.at_limit = true;
       of_share.why +=
@@ -439,8 +443,8 @@ class Fit {
     model_.evidence[glint_share.key] = std::move(of_share);
   }
 
-  /// The pulse that the correlations of samples show, where the file does not state it. No file
-  /// states the window of a sweep.
+  /// Chooses the pulse by the correlations of samples, if the file does not state it. The window of
+  /// a sweep is always found this way, since no file states it.
   void begin_pulse() {
     const double over_one = real_["range_correlation_1"], over_two = real_["range_correlation_2"];
     if (!std::isfinite(over_one + over_two)) return;
@@ -476,9 +480,9 @@ class Fit {
         bandwidth.set(bandwidth_hz * bandwidth.step(apart(has) / apart(now)), bandwidth_hz);
   }
 
-  /// Fits the array's length to the correlation of pings. In the near field, or where something
-  /// else correlates the pings, the correlation does not depend on the length; then the length
-  /// stays. It also stays if pings are more than half of it apart, and for rows of several beams.
+  /// Fits the array's length to the correlation of pings. In the near field, or if something else
+  /// correlates the pings, the correlation does not depend on the length; then the length is not
+  /// changed. Nor is it changed if pings are more than half the length apart, or if rows are beams.
   void correct_array(const Figures& simulated) {
     if (stated(array_length.key) || !array_shows_) return;
     const double has = real_["track_correlation_1"], now = simulated["track_correlation_1"];
@@ -503,7 +507,7 @@ class Fit {
         array_length.set(length_m * array_length.step(factor), corrected_m);
     set_array(corrected_m);
   }
-  /// The gain compensates for the smaller area that a longer array's beam sees.
+  /// The gain compensates for the smaller area in the beam of a longer array.
   void set_array(double length_m) {
     if (model_.gain_db)
       model_.gain_db = *model_.gain_db + scatter::to_db(length_m / model_.array_length_m);
@@ -520,9 +524,9 @@ class Fit {
 
   LineModel& model_;
   Figures real_;
-  double even_contrast_ = 0.0;  ///< of the last simulation without texture
-  bool array_shows_;            ///< in the correlation of pings
-  /// The last length but the model's, and the correlation that it gave; 0: none.
+  double even_contrast_ = 0.0;  ///< contrast of the last simulation without texture
+  bool array_shows_;            ///< whether the correlation of pings shows the length
+  /// The length that was tried before the model's, and the correlation that it gave; 0: none.
   double tried_length_m_ = 0.0, tried_correlation_ = 0.0;
 };
 
@@ -536,8 +540,8 @@ std::vector<NearSediment> fit_line(LineModel& model, const LineWithBed& line, in
   for (std::size_t round = 0; round < rounds; ++round) {
     LineModel tried = model;
     if (round < plain_rounds) {
-      tried.recorder.ping_mean = 0.0;  // levels relative to the gain
-      tried.tones.steps.clear();       // compared with levels of more pings than are simulated
+      tried.recorder.ping_mean = 0.0;  // so that levels are relative to the gain
+      tried.tones.steps.clear();  // they are relative to levels of more pings than are simulated
     }
     SimulatedLine made = simulated_line(tried, threads, [&](std::size_t done, std::size_t of) {
       after_pings(round * of + done, rounds * of);

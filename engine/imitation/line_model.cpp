@@ -33,7 +33,8 @@ constexpr const char* tones_file = "tones.png";
 
 constexpr double max_vertices = 1.5e6;  // of the generated bed
 
-// Numbers as a scene's files have them. What is simulated has the same ones.
+// These functions round numbers as the text of a scene's files does, so that the simulation uses
+// the same numbers as the files.
 double number_of_text(const std::string& text) { return number_in<double>(text).value(); }
 double rounded(double value, int digits = 6) {
   return number_of_text(fmt::format("{:.{}g}", value, digits));
@@ -50,7 +51,7 @@ const auto& row_named(const Rows& rows, std::string_view name, NameOf name_of) {
   return *row;
 }
 
-/// Sets keys of a scene, and keeps the text of each in the order of the scene's file.
+/// Sets keys of a scene, and keeps the text of each key, in the order of the scene's file.
 class Keys {
  public:
   Keys(const LineModel& model, Scene& scene) : scene(scene), model_(model) {}
@@ -59,7 +60,7 @@ class Keys {
   void table(std::string_view name) {
     table(std::string(name), row_named(scene_sections(), name, &Section<Scene>::name), scene);
   }
-  /// Begins a table of an owner, which must not move before the next table.
+  /// Begins a table of an owner. The owner must stay at its address until the next table begins.
   template <class Owner>
   void table(std::string name, const Section<Owner>& section, Owner& owner) {
     section_ = std::move(name);
@@ -69,7 +70,7 @@ class Keys {
     };
   }
 
-  /// Sets a key, whose type the value has; a number is in the key's unit.
+  /// Sets a key. `value` has the type of the key; a number is in the key's unit.
   template <class Value>
   void add(std::string_view key, Value value, Evidence evidence = {}) {
     const KeyOption its = option_of_(key);
@@ -89,10 +90,10 @@ class Keys {
   void assume(std::string_view key, Value value, std::string why) {
     add(key, std::move(value), {Confidence::assumed, std::move(why)});
   }
-  /// A key of a recipe, whose value is drawn.
+  /// Adds a key with its text, such as a distribution of a recipe.
   void add_text(std::string_view key, std::string text, Evidence evidence) {
     FoundKey found{section_, std::string(key), std::move(text), std::move(evidence)};
-    // A key that the fit has changed keeps the evidence that the fit recorded.
+    // For a key that the fit has changed, use the evidence that the fit recorded.
     if (const auto fitted = model_.evidence.find(found.name()); fitted != model_.evidence.end())
       found.evidence = fitted->second;
     found_keys.push_back(std::move(found));
@@ -113,11 +114,12 @@ class Keys {
   std::function<KeyOption(std::string_view key)> option_of_;
 };
 
-/// A bed that reaches beyond the range on all sides, with cells of two bins where memory allows.
+/// A bed that reaches beyond the range on all sides. Its cells are two bins wide, or wider if
+/// max_vertices or max_cells requires it.
 BedExtent extent_of(const LineModel& model, double east_m, double north_m) {
   const double margin_m = 2.0 * model.range_m + 4.0;
   BedExtent extent{std::ceil(east_m + margin_m), std::ceil(north_m + margin_m), 0.0};
-  constexpr double max_cells = 8000.0;  // of its longer side
+  constexpr double max_cells = 8000.0;  // along the longer side
   extent.cell_m =
       std::max({0.05, 2.0 * model.bin_m(), std::max(extent.east_m, extent.north_m) / max_cells,
                 std::sqrt(extent.east_m * extent.north_m / max_vertices)});
@@ -132,15 +134,15 @@ void add_sea(const LineModel& model, Keys& keys) {
               "of sea water at that frequency");
 }
 
-/// The brightest tone has the sediment's own strength, so that none returns more than a surface
-/// can. The gain compensates for it, except while it is automatic.
+/// The brightest tone has the sediment's own strength, so that no tone returns more than a surface
+/// can. The gain compensates for this shift, unless the gain is automatic.
 double headroom_db(const LineModel& model) {
   int brightest = 0;
   for (const std::int8_t step : model.tones.steps) brightest = std::max(brightest, int{step});
   return model.gain_db ? brightest * ToneMap::step_db : 0.0;
 }
 
-/// The material of a step of tone.
+/// Adds the material of one step of tone.
 void add_material(const LineModel& model, const std::string& name, int step, Evidence evidence,
                   Keys& keys) {
   Material& material = keys.scene.materials.emplace_back();
@@ -176,10 +178,10 @@ void add_bed(const LineModel& model, const BedExtent& extent, Keys& keys) {
   add_material(model, material, 0, {Confidence::assumed, "the gain compensates for it"}, keys);
 }
 
-/// The pixel of a step of tone in tones.png; 0: none.
+/// The value of a pixel of tones.png for a step of tone; 0 for step 0.
 int tone_pixel(int step) { return step == 0 ? 0 : step + ToneMap::max_steps + 1; }
 
-/// A patch and its material for each step of tone that there is.
+/// Adds a patch and its material for each step of tone that the map has.
 void add_tones(const LineModel& model, Keys& keys) {
   std::vector<Patch>& patches = keys.scene.seafloor.seabed.patches;
   for (int step = -ToneMap::max_steps; step <= ToneMap::max_steps; ++step) {
@@ -242,7 +244,7 @@ void add_sonar(const LineModel& model, const std::string& beam, Keys& keys) {
   keys.add("burst_m", hundredths(recorder.burst_m), recorder.burst_from);
 }
 
-/// Sets the keys of a scene without files, which must have the defaults.
+/// Sets the keys of `scene`, which must have the defaults. The content of files is not set.
 std::vector<FoundKey> set_keys(const LineModel& model, Scene& scene) {
   scene.conditions = Conditions::ideal;
   use_conditions(scene);
@@ -282,7 +284,7 @@ NavigationLog navigation_of(const VehiclePath& path) {
           .heading_rad = written(path.heading_rad, degree)};
 }
 
-/// The vertical beam of both sides, one way. Cells are about their middles.
+/// The one-way vertical beam of both sides, at the middle of each cell.
 std::array<std::vector<VerticalLevel>, 2> beam_of(const LineModel& model) {
   std::array<std::vector<VerticalLevel>, 2> beam;
   for (const std::size_t side : {0u, 1u})
@@ -338,7 +340,7 @@ std::string text_of(const std::vector<FoundKey>& keys, std::string text) {
   return text;
 }
 
-/// A draw between two numbers, as a recipe has it.
+/// A uniform distribution between two numbers, as the text of a recipe.
 std::string uniform(double low, double high, int digits) {
   return fmt::format("{{ uniform = [{0:.{2}g}, {1:.{2}g}] }}", low, high, digits);
 }
@@ -346,7 +348,7 @@ std::string about(double value, double share) {
   return uniform(value * (1.0 - share), value * (1.0 + share), 6);
 }
 
-/// The bed of the scene for a straight line to the north, with its relief and its depth drawn.
+/// Adds the scene's bed for a straight track to the north. Its relief and its depth are drawn.
 void add_drawn_bed(const LineModel& model, double track_m, double max_altitude_m, Keys& keys) {
   add_bed(model, extent_of(model, 0.0, track_m), keys);
   const double min_depth_m = std::max(model.path.bed_depth_m, 1.2 * max_altitude_m + 1.0);
@@ -374,7 +376,7 @@ void add_oscillations(const VehiclePath& path, Keys& keys) {
   struct Freedom {
     std::string_view name, unit;
     const std::vector<double>& values;
-    double unit_size, max_rms;  // that a scene may have
+    double unit_size, max_rms;  // size of the unit, and the largest rms of a scene
     std::string_view from = "the attitude about its mean over 10 s";
   };
   for (const Freedom& freedom : {Freedom{"roll", "deg", path.roll_rad, degree, 45.0},

@@ -19,7 +19,7 @@
 
 namespace ensonify::engine {
 
-/// A seabed about the middle of a path; it reaches beyond the range on all sides.
+/// Size and cell of a seabed about the middle of a path. It reaches beyond the range on all sides.
 struct BedExtent {
   double east_m = 0.0, north_m = 0.0, cell_m = 0.0;
 };
@@ -29,7 +29,7 @@ struct LineModel {
   VehiclePath path;
   RecorderSigns recorder;
   RangeLaw range_law;
-  /// From the recording: range_slope_db() and grazing_levels_of_sides().
+  /// What range_slope_db() and grazing_levels_of_sides() find in the recording.
   double range_slope_db = std::numeric_limits<double>::quiet_NaN();
   std::array<GrazingLevels, 2> levels_db{};
   double sound_speed_mps = scatter::nominal_sound_speed_mps, absorption_db_per_m = 0.0;
@@ -38,23 +38,23 @@ struct LineModel {
   std::size_t samples = 0;
   std::size_t unrecorded = 0;  ///< as RecordedPing::unrecorded; a scene cannot state it
   bool port = true, starboard = true;
-  /// With the sediment's own strength; unset: the sonar's automatic gain.
+  /// The recorder's gain for the sediment's own strength; unset: the sonar finds a gain itself.
   std::optional<double> gain_db;
   double ping_gain_db = 0.0;  ///< as ReceiverOptions::ping_gain_db
   double output_noise_db = -60.0;
-  double beamwidth_rad = 0.0, tilt_rad = 0.0;  ///< of the vertical beam
-  /// By side and cell of grazing angle: two-way level of the vertical beam, dB below the largest;
-  /// empty: the sonar's beam is that of beamwidth_rad and tilt_rad.
+  double beamwidth_rad = 0.0, tilt_rad = 0.0;  ///< width and axis of the vertical beam
+  /// The two-way level of the vertical beam, by side and cell of grazing angle, in dB re its
+  /// largest level. Empty: the beam has beamwidth_rad and tilt_rad.
   std::array<std::vector<double>, 2> vertical_db;
-  /// Added to the altitudes of the path, because the first return may differ from the bottom line.
+  /// Added to the path's altitudes, because the first return may not be the bottom line.
   double altitude_shift_m = 0.0;
   std::string material = "medium sand";
   double height_at_1m_m = 0.01;
-  double texture_shape = 0.0;  ///< of the bed's material, as Material::texture_shape; 0: none
+  double texture_shape = 0.0;  ///< as Material::texture_shape of the bed's material; 0: none
   double glint_share = 0.0;    ///< as Material::glint_share
   BedExtent bed;
-  ToneMap tones;                             ///< over that bed
-  std::map<std::string, Evidence> evidence;  ///< by key
+  ToneMap tones;                             ///< of this bed
+  std::map<std::string, Evidence> evidence;  ///< by the key's whole name
 
   bool has_pattern() const { return !vertical_db[0].empty(); }
   Confidence how(const std::string& key) const {
@@ -65,26 +65,26 @@ struct LineModel {
   double bin_m() const { return range_m / static_cast<double>(samples); }
 };
 
-/// The seabed for the model's path and range.
+/// The size of the seabed for the model's path and range.
 BedExtent bed_extent(const LineModel& model);
 
 /// One key of the scene, with its evidence.
 struct FoundKey {
   std::string section, key;
-  std::string value;  ///< as in TOML
+  std::string value;  ///< as TOML
   Evidence evidence;
   std::string name() const { return section.empty() ? key : section + "." + key; }
 };
-/// Every key of the model's scene, by section; those of lists have a number at the end.
+/// All keys of the model's scene, by section. Sections of lists end with the number in the list.
 std::vector<FoundKey> found_keys(const LineModel& model);
 
-/// The model's scene, with the content of the files that it names. Its numbers are rounded as
-/// write_scene() writes them.
+/// The model's scene, with the content of the files that it names. Its numbers are rounded in the
+/// same way as in the files of write_scene().
 Scene scene_of(const LineModel& model);
-/// Writes scene.toml, navigation.csv and, where the model has a pattern or tones, beam.csv and
-/// tones.png. They read back to scene_of().
+/// Writes scene.toml, navigation.csv and, if the model has a pattern or tones, beam.csv and
+/// tones.png. Reading these files gives scene_of().
 void write_scene(const LineModel& model, const std::filesystem::path& folder);
-/// A dataset recipe with distributions about the model's numbers. Its data folder has beam.csv.
+/// A dataset recipe with distributions about the model's numbers. Its data folder needs beam.csv.
 std::string recipe_text(const LineModel& model);
 
 }  // namespace ensonify::engine

@@ -18,7 +18,8 @@ namespace ensonify::engine {
 
 namespace {
 
-/// A constant, the altitude (in bins) and the gain over range (in dB per factor of ten).
+/// What is fitted in addition to the sediment: a constant, the altitude (in bins) and the gain over
+/// range (in dB per factor of ten).
 constexpr int unknowns = 3;
 using Unknowns = Eigen::Matrix<double, unknowns, 1>;
 
@@ -26,15 +27,17 @@ using Unknowns = Eigen::Matrix<double, unknowns, 1>;
 struct Cell {
   std::size_t number;
   double weight;     ///< 1 / variance, dB^-2
-  Unknowns changes;  ///< how much the level changes with each unknown, dB
+  Unknowns changes;  ///< by how many dB the level changes with each unknown
 };
 
-/// How much each cell with a level counts. The error of its level has these parts:
-/// - what holds for all cells alike: relief, cells of finite size, a beam that is not stated;
-/// - speckle, of the recording and of the simulation: the steeper the cell, the fewer samples;
-/// - the noise floor, where it is near the level of the bed.
-/// An error of the bottom line moves all cells along the level over the angle. Where a narrow beam
-/// makes this steep, a bin can change the level by more than sediments differ.
+/// The cells with a level, and how much each of them counts. The error of a level has these parts:
+/// - an error that is the same in all cells: relief, cells of finite size, a beam that is not
+///   stated;
+/// - speckle, of the recording and of the simulation: a steeper cell has fewer samples;
+/// - the noise floor, if it is near the level of the bed.
+///
+/// An error of the bottom line shifts all cells along the level over the angle. Where a narrow beam
+/// makes this level steep, an error of one bin can change it by more than sediments differ.
 std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db,
                                  bool beam_is_stated) {
   const std::vector<double>& altitudes_m = model.path.altitude_m;
@@ -42,7 +45,7 @@ std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& ex
                altitude_bins = altitude_m * static_cast<double>(model.samples) / model.range_m,
                rows = static_cast<double>(altitudes_m.size()) *
                       (model.port && model.starboard ? 2.0 : 1.0);
-  // Twice that of the amplitude.
+  // The contrast of the power is twice that of the amplitude.
   const double power_contrast =
       2.0 * speckle_of(model.recorder.detector, model.recorder.looks).contrast;
   const GrazingLevels level_db = mean_of_sides(model.levels_db);  // of the recording
@@ -50,7 +53,7 @@ std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& ex
   for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i) {
     if (!std::isfinite(excess_db[i])) continue;
     const double grazing = grazing_cell_rad(i), sine = std::sin(grazing);
-    // A range is altitude / sine.
+    // The range is altitude / sine.
     const double samples =
         rows * altitude_bins * std::cos(grazing) / (sine * sine) * grazing_cell_deg * degree;
     const double alike_db = beam_is_stated ? 0.1 : 3.0;
@@ -95,8 +98,8 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
   const std::vector<Cell> cells = weighted_cells(model, excess_db, beam_is_stated);
   constexpr std::size_t fewest_cells = 5;
   if (cells.size() < fewest_cells) return {};
-  // What is known of the unknowns before, as 1 / variance: of the constant nothing, of the altitude
-  // a bin, of the gain over range 1 dB per factor of ten.
+  // What is known before the fit, as 1 / variance: nothing of the constant; the altitude to one
+  // bin; the gain over range to 1 dB per factor of ten.
   const Eigen::Matrix<double, unknowns, unknowns> known = Unknowns(0.0, 1.0, 1.0).asDiagonal();
   std::vector<NearSediment> all;
   for (const scatter::NamedSediment& sediment : scatter::named_sediments()) {
@@ -126,7 +129,7 @@ std::vector<NearSediment> nearest_sediments(const LineModel& model, const Grazin
 }
 
 std::size_t as_near_as_the_first(const std::vector<NearSediment>& sediments) {
-  constexpr double clearly = 3.0;  // standard deviations
+  constexpr double clearly = 3.0;  // in standard deviations
   return static_cast<std::size_t>(std::ranges::count_if(sediments, [&](const NearSediment& one) {
     return one.chi_squared < sediments.front().chi_squared + clearly * clearly;
   }));

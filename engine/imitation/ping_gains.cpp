@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/ping_gains.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -13,8 +12,8 @@
 namespace ensonify::engine {
 namespace {
 
-/// The logarithm of the mean amplitude of a ping's bed, the mean of the sides; not finite for a
-/// ping without a bed.
+/// The logarithm of the mean amplitude of a ping's bed, in its near and its far half; the mean of
+/// both sides. Not finite for a ping without a bed.
 struct Brightness {
   double near = 0.0, far = 0.0;
   double both() const { return 0.5 * (near + far); }
@@ -33,7 +32,7 @@ std::vector<Brightness> brightness_of(const LineWithBed& line, const RecorderSig
   for (const Side side : sides) {
     const std::vector<std::size_t>& bed = line.bed(side).edge;
     for (std::size_t ping = 0; ping < all.size(); ++ping) {
-      // Clear of the first return, whose level changes with the altitude.
+      // Not too near the first return, whose level changes with the altitude.
       const std::size_t begin = std::min(bed[ping] + bed[ping] / 4 + 1, line.samples);
       const std::span<const float> row = line.row(side, ping).subspan(begin);
       all[ping].near += share * log_mean(row.first(row.size() / 2), recorder);
@@ -43,7 +42,7 @@ std::vector<Brightness> brightness_of(const LineWithBed& line, const RecorderSig
   return all;
 }
 
-/// A robust covariance: a quarter of the variance of the sum less that of the difference
+/// A robust covariance: a quarter of (variance of the sum minus variance of the difference)
 /// (Gnanadesikan and Kettenring, Biometrics 28, 81, 1972).
 double robust_covariance(std::span<const Brightness> pairs) {
   std::vector<double> sums, differences;
@@ -58,7 +57,7 @@ double robust_covariance(std::span<const Brightness> pairs) {
 }  // namespace
 
 PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder) {
-  constexpr double noticed = 0.03;                // of the amplitude
+  constexpr double noticed = 0.03;                // share of the amplitude
   constexpr std::size_t fewest = 50, reach = 10;  // pings
   PingGains found;
   if (recorder.has_automatic_gain() || recorder.ping_mean > 0.0) return found;
@@ -70,10 +69,11 @@ PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder) {
       changes.push_back({next.near - one.near, next.far - one.far});
   }
   if (changes.size() < fewest) return found;
-  const double variance = 0.5 * robust_covariance(changes);  // a change is that of two gains
+  const double variance = 0.5 * robust_covariance(changes);  // of one gain; a change has two
   if (!(variance > noticed * noticed)) return found;
   found.rms_db = scatter::amplitude_to_db(std::exp(std::sqrt(variance)));
-  // How far each ping is off its neighbours. Of this, the gain has its share of the variance.
+  // How much each ping differs from those around. The gain's part of this is its share of the
+  // variance.
   std::vector<double> off(brightness.size(), 0.0);
   for (std::size_t i = 0; i < off.size(); ++i) {
     if (!std::isfinite(brightness[i].both())) continue;

@@ -10,16 +10,16 @@ namespace ensonify::engine {
 /// How the gain of a line changes from ping to ping.
 struct PingGains {
   double rms_db = 0.0;          ///< as ReceiverOptions::ping_gain_db
-  std::vector<double> factors;  ///< on the amplitude, by ping; empty: no such change was found
+  std::vector<double> factors;  ///< of the amplitude, by ping; empty: no change was found
 };
 
-/// A gain makes the near and the far half of a ping's bed brighter together, on both sides. Speckle
-/// and the bed itself change them separately. So the covariance of the halves' changes from ping to
-/// ping is that of the gain alone. Changes below 3 % are not looked for, nor is the gain of a
-/// recorder with an automatic gain.
+/// Finds how the gain changes. A higher gain makes the near half and the far half of a ping's bed
+/// brighter together, on both sides. Speckle and the bed change the halves separately. So the
+/// covariance of the two halves' changes from ping to ping is the variance by the gain alone.
+/// Changes below 3 % are ignored, as are recorders with an automatic gain.
 PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder);
 
-/// The line as if it had been recorded without these changes.
+/// The line as it would be without these changes of the gain.
 LineWithBed without_ping_gains(const LineWithBed& line, const PingGains& gains,
                                const RecorderSigns& recorder);
 

@@ -7,14 +7,14 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double clearly = 0.03;  // of correlations: relief and noise can explain less
+constexpr double clearly = 0.03;  // difference of correlations: more than relief and noise explain
 
 Pulse sweep(PulseWindow window) {
   return {.kind = PulseKind::lfm, .bandwidth_hz = 1.0, .window = window};
 }
 
-/// Most recorders have a window. Without one, side lobes may fill the water column, so it takes
-/// clear evidence.
+/// Most recorders use a window. Without one, side lobes may fill the water column, so that only
+/// clear evidence counts.
 PulseWindow likely_of(double off_none, double off_hann) {
   return off_none < off_hann - clearly ? PulseWindow::none : PulseWindow::hann;
 }
@@ -33,7 +33,7 @@ double amplitude_correlation(double field_correlation) {
 
 double time_times_bandwidth(const Pulse& pulse, double correlation) {
   const Pulse unit{.kind = pulse.kind, .bandwidth_hz = 1.0, .window = pulse.window};
-  double low = 0.0, high = pulse.window == PulseWindow::hann ? 3.0 : 1.0;  // the first zero
+  double low = 0.0, high = pulse.window == PulseWindow::hann ? 3.0 : 1.0;  // up to the first zero
   for (int i = 0; i < 50; ++i) {
     const double middle = 0.5 * (low + high);
     (amplitude_correlation(unit.correlation(middle)) > correlation ? low : high) = middle;

@@ -36,7 +36,7 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   signs.clips =
       at_largest >= 20 && 1e5 * static_cast<double>(at_largest) > static_cast<double>(samples);
   signs.full_scale = largest;
-  constexpr int max_bits = 24;  // of a scene; a float has as many
+  constexpr int max_bits = 24;  // most bits of a scene; the samples are floats with 24 bits
   signs.bits = max_bits;
   const int bits =
       static_cast<int>(std::bit_width(static_cast<unsigned>(std::min(largest, 16777216.0f))));
@@ -52,7 +52,7 @@ void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
   }
 }
 
-/// The blocks of the bed without clipped samples.
+/// The statistics of those blocks of the bed that have no clipped sample.
 struct Spread {
   double mean, sd, skew, grazing_rad;
 };
@@ -86,8 +86,8 @@ std::vector<Spread> spreads(const LineWithBed& line, double full_scale) {
   return all;
 }
 
-/// The blocks at those grazing angles where the samples spread least: relief, shadows and texture
-/// only add to the speckle.
+/// The blocks of the band of grazing angles in which samples spread least: relief, shadows and
+/// texture can only increase the spread by speckle.
 std::vector<Spread> smoothest(const std::vector<Spread>& blocks,
                               double (*spread_of)(const Spread&)) {
   std::vector<Spread> found;
@@ -110,9 +110,9 @@ std::vector<Spread> smoothest(const std::vector<Spread>& blocks,
   return found;
 }
 
-/// Mean spread and skewness of samples whose spread does not depend on their mean. Of blocks whose
-/// spread is far from the usual, relief or an object is in most; the others' moments are averaged,
-/// because the skewness of single blocks is biased.
+/// The mean spread and skewness of samples whose spread does not depend on their mean. Blocks whose
+/// spread is far from the median are left out, since most of them have relief or an object. The
+/// moments of the others are averaged, because the skewness of single blocks is biased.
 struct LogSpeckle {
   double sd, skew;
 };
@@ -134,7 +134,7 @@ LogSpeckle log_speckle(const std::vector<Spread>& blocks) {
 
 constexpr int most_looks = 16;
 
-/// The number of looks whose decibels have the skewness.
+/// The number of looks whose decibels have this skewness.
 int looks_of_skew(double skew, Detector detector) {
   int best = 1;
   const auto off = [&](int looks) {
@@ -146,17 +146,17 @@ int looks_of_skew(double skew, Detector detector) {
 }
 
 /// A recorder is logarithmic if the spread of its samples stays the same while their mean grows, or
-/// if they are skewed to the low side by more than their contrast: the skewness of Rayleigh
-/// amplitudes is 1.2 times their contrast, that of their square root -0.6 times, whatever the
-/// number of looks, and that of their decibels some -5 to -15 times. Relief, shadows and texture
-/// only increase the spread, so the blocks with the smallest spread are used.
+/// if their skewness is too negative for their contrast. Over the contrast, the skewness of
+/// Rayleigh amplitudes is 1.2, that of their square root -0.6, for any number of looks, and that of
+/// their decibels about -5 to -15. Relief, shadows and texture only increase the spread, so the
+/// blocks with the smallest spread are used.
 void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
   constexpr double quietest = 0.2, least_change = 0.1, logarithmic = -1.5, alike = 0.4,
                    to_the_low_side = -0.1;
   signs.curve_from = {Confidence::assumed, "too few unclipped samples of the bed"};
   if (blocks.size() < 100) return;
   std::ranges::sort(blocks, {}, &Spread::mean);
-  // By fifths of the blocks' means.
+  // Compare the fifth of the blocks with the lowest means and the fifth with the highest.
   const std::size_t fifth = blocks.size() / 5;
   std::vector<double> at_low, at_high, skews, contrasts;
   for (std::size_t i = 0; i < fifth; ++i) {
@@ -184,8 +184,8 @@ void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
     signs.curve = TransferCurve::logarithmic;
 }
 
-/// The number of looks whose speckle is nearest to the contrast. Texture and relief add to it, but
-/// more looks than it shows would leave it to a texture that may not reach it.
+/// The number of looks whose speckle has nearest to this contrast. Texture and relief increase the
+/// contrast. If more looks were chosen, texture might be unable to make up for them.
 int looks_of(double contrast, Detector detector, TransferCurve curve) {
   const auto speckle = [&](int looks) { return speckle_of(detector, looks, curve).contrast; };
   int looks = 1;
@@ -193,8 +193,9 @@ int looks_of(double contrast, Detector detector, TransferCurve curve) {
   return looks;
 }
 
-/// Distinguishes a square root from a line by the speckle's contrast and skewness: of a root both
-/// are small, and a line with as small a contrast, of several looks, is clearly skewed.
+/// Distinguishes a square-root curve from a linear one by the contrast and skewness of the speckle.
+/// With a square root both are small. A linear curve can have such a small contrast by several
+/// looks, but then the skewness is clearly positive.
 void tell_root(const Speckle& found, RecorderSigns& signs) {
   const double line_skew = speckle_of(signs.detector, looks_of(found.contrast, signs.detector,
                                                                TransferCurve::linear))
@@ -215,8 +216,8 @@ void tell_root(const Speckle& found, RecorderSigns& signs) {
   }
 }
 
-/// Of a logarithmic recorder: the looks from the skewness, which does not depend on the range of
-/// the curve, and then the range from the spread.
+/// For a logarithmic recorder: finds the looks by the skewness, which does not depend on the range
+/// of the curve, and then the range of the curve by the spread.
 void set_logarithmic_looks(const std::vector<Spread>& smooth, RecorderSigns& signs) {
   const LogSpeckle found = log_speckle(smooth);
   signs.looks = looks_of_skew(found.skew, signs.detector);
@@ -246,8 +247,8 @@ void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, Reco
   std::vector<double> contrasts, skews;
   for (const Spread& block : smooth) {
     contrasts.push_back(block.sd / block.mean);
-    // A block that happens to have no clipped sample has lost its tail.
-    constexpr double tail = 4.0;  // standard deviations
+    // If the recorder clips, even a block without a clipped sample may lack its largest values.
+    constexpr double tail = 4.0;  // in standard deviations
     if (!signs.clips || block.mean + tail * block.sd < signs.full_scale)
       skews.push_back(block.skew);
   }
@@ -264,15 +265,16 @@ void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, Reco
       signs.looks, 0, most_looks);
 }
 
-/// Mean amplitudes over full scale of stretches of samples, and how far they differ: robust
-/// standard deviations over the median, and the same if parts of them varied independently.
+/// Mean amplitudes of stretches of samples, in full scales: their median, their robust standard
+/// deviation divided by the median, and the standard deviation that they would have if their parts
+/// varied independently.
 struct Stretches {
   double median = 0.0, spread = 0.0, by_parts = 0.0;
 };
-/// Of stretches of this many samples of each ping, from sample `begin` on. In stretches that are
-/// scaled, one part makes up for another: the whole varies less than parts that vary independently
-/// would make it. Clipping lowers the mean of a stretch that was scaled before, so the less clipped
-/// half counts.
+/// The means of stretches of `length` samples of each ping, from sample `begin` on. If a recorder
+/// scales stretches to one mean, a bright part is compensated by other parts: the whole varies less
+/// than if its parts varied independently. Clipping lowers the mean of a stretch that was scaled
+/// before, so only the half of the stretches with less clipping counts.
 Stretches stretches_of(const RecordedLine& line, const RecorderSigns& signs, std::size_t begin,
                        std::size_t length) {
   constexpr std::size_t parts = 8;
@@ -308,10 +310,10 @@ Stretches stretches_of(const RecordedLine& line, const RecorderSigns& signs, std
   return {middle, robust_deviation(means) / middle, std::sqrt(variance) / middle};
 }
 
-/// Share of full scale that the mean amplitude of each ping of a side has; 0 if it differs from
-/// ping to ping.
+/// Finds the mean amplitude to which each ping of a side is scaled, as a share of full scale; 0 if
+/// the means differ from ping to ping.
 void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
-  const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
+  const std::size_t begin = line.samples / 50;  // after the transmitted pulse
   const Stretches pings = stretches_of(line, signs, begin, line.samples - begin);
   constexpr double alike = 0.02, less = 0.5;
   if (pings.median > 0.0 && pings.spread < alike && pings.spread < less * pings.by_parts)
@@ -323,14 +325,14 @@ void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
                   100.0 * pings.spread, 100.0 * pings.by_parts)};
 }
 
-/// An automatic gain evens the level over range: its mean over all pings, or the mean of each ping
-/// within some distance. No bed and beam do, whatever the gain over range.
+/// Finds an automatic gain. It equalises the level over range: the mean over all pings, or the mean
+/// of each ping over some distance. No bed and beam do this with any gain over range.
 void set_automatic_gain(const RecordedLine& line, RecorderSigns& signs) {
   signs.even_ranges = ranges_are_even(line);
   if (signs.even_ranges) return;
   constexpr double alike = 0.05, less = 0.6;
   constexpr std::size_t shortest = 32;
-  // From a quarter of the range on, which is bed.
+  // From a quarter of the range on, where the samples are bed.
   for (std::size_t length = line.samples / 4; length >= shortest; length /= 2) {
     const Stretches found = stretches_of(line, signs, line.samples / 4, length);
     if (found.spread < alike && found.spread < less * found.by_parts) signs.even_samples = length;
@@ -338,8 +340,8 @@ void set_automatic_gain(const RecordedLine& line, RecorderSigns& signs) {
   if (signs.even_samples > 0) signs.ping_mean = 0.0;
 }
 
-/// The level of the water column; and the length of the transmitted pulse, from the range at which
-/// its leakage is no longer 4 times the column's amplitude.
+/// Finds the level of the water column, and the length of the transmitted pulse: from the range
+/// beyond which its leakage is less than 4 times the column's amplitude.
 void set_column(const LineWithBed& line, RecorderSigns& signs) {
   constexpr double over_column = 4.0;
   std::vector<double> lengths_m, columns, levels;
@@ -371,20 +373,20 @@ void set_column(const LineWithBed& line, RecorderSigns& signs) {
   const double floor = median(std::move(columns)) / signs.full_scale;
   signs.burst_m = median(std::move(lengths_m)) / leakage_lengths(scatter::amplitude_to_db(std::max(
                                                      expanded(over_column * floor, signs), 1e-9)));
-  // A Rayleigh amplitude's median is sqrt(ln 2) of its rms.
+  // The median of a Rayleigh amplitude is sqrt(ln 2) times its rms.
   signs.column_from = {Confidence::measured, "level of the water column"};
   if (floor > 0.0) {
     signs.column_db = scatter::amplitude_to_db(expanded(floor, signs) / std::sqrt(std::log(2.0)));
   } else {
-    // Rayleigh amplitudes of this rms hardly ever reach half a step.
+    // Rayleigh amplitudes 20 dB below half a step hardly ever reach half a step.
     const double half_step = 0.5 / (std::ldexp(1.0, signs.bits) - 1.0);
     signs.column_db = scatter::amplitude_to_db(expanded(half_step, signs)) - 20.0;
     signs.column_from = {Confidence::assumed,
                          "the water column is below the digitiser's first step"};
   }
   signs.burst_from = {Confidence::measured, "bright samples before the water column"};
-  // A scene's leakage is at full scale. A weaker echo of the hull or of the pulse is none.
-  constexpr double as_leakage = 0.5;  // of the largest amplitude
+  // The leakage of a scene is at full scale. A weaker echo of hull or pulse is not leakage.
+  constexpr double as_leakage = 0.5;  // share of the largest amplitude
   const double share = expanded(median(std::move(levels)) / signs.full_scale, signs) /
                        expanded(largest / signs.full_scale, signs);
   if (signs.burst_m > 0.0 && share < as_leakage) {
@@ -411,14 +413,15 @@ Speckle speckle_of(Detector detector, int looks, TransferCurve curve) {
   const bool root = curve == TransferCurve::square_root;
   const bool logarithmic = curve == TransferCurve::logarithmic;
   if (detector == Detector::mean) {
-    // A Rayleigh amplitude's; a mean of n has 1 / n of the variance and of the skewness squared.
+    // Contrast and skewness of a Rayleigh amplitude. The mean of n amplitudes has 1 / n of the
+    // variance and of the squared skewness.
     constexpr double pi = std::numbers::pi;
     const double number = std::sqrt(static_cast<double>(looks)),
                  contrast = std::sqrt(4.0 / pi - 1.0) / number,
                  skew = 2.0 * std::sqrt(pi) * (pi - 3.0) / std::pow(4.0 - pi, 1.5) / number;
-    // The series of the curve about the mean; its last term is such that one look is exact. One
-    // look has 5.57 dB (Ulaby and others, Microwave Remote Sensing, vol. 2, ch. 7) and the skewness
-    // of a Gumbel distribution.
+    // The series of the curve about the mean. Its last term is chosen so that one look is exact:
+    // 5.57 dB (Ulaby and others, Microwave Remote Sensing, vol. 2, ch. 7) and the skewness of a
+    // Gumbel distribution.
     if (logarithmic)
       return {20.0 / std::numbers::ln10 * contrast * (1.0 + 0.227 / looks),
               (skew - 3.0 * contrast) * (1.0 + 0.216 / looks)};

@@ -1,6 +1,5 @@
-#include <ensonify/engine/imitation/simulated_line.h>
+#include <ensonify/engine/imitation/line_fit.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -33,7 +32,7 @@ SimulatedLine simulated_line(const LineModel& model, int threads, const AfterPin
       (*side)[i] =
           i % line.samples < model.unrecorded ? 0.0f : static_cast<float>(scale * (*side)[i]);
   for (std::size_t row = 0; row < image.rows(); ++row) {
-    // The path may leave pings out.
+    // The path may lack pings, so the number follows from the time.
     const double number =
         (model.path.t_s[row] - model.path.t_s.front()) / model.path.ping_interval_s;
     line.pings.push_back({.number = static_cast<std::uint64_t>(std::lround(number)),

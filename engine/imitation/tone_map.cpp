@@ -9,23 +9,22 @@
 
 #include <ensonify/engine/base/quantile.h>
 #include <ensonify/engine/base/random.h>
-#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double noticed_db = 4.0;    // of a tone, from the least to the next
-constexpr double of_object_db = 6.0;  // over the bed around it
+constexpr double noticed_db = 4.0;    // least difference of two tones that is noticed
+constexpr double of_object_db = 6.0;  // least level of an object over the bed around it
 
-/// A block of the bed: where it is, and its level.
+/// A block of the bed: its place and its level.
 struct Spot {
-  std::size_t ping, column;  // of its middle; in blocks of samples
+  std::size_t ping, column;  // ping of its middle; column in blocks of samples
   double range_m;
   Eigen::Vector2d place_m;
-  std::size_t cell;  // of grazing angle
-  double decades;    // of the range in metres
+  std::size_t cell;  // cell of grazing angle
+  double decades;    // log10 of the range in metres
   double level_db;
 };
 
@@ -47,7 +46,7 @@ std::vector<Spot> spots_of(const LineWithBed& line, Side side, const VehiclePath
         }
       const double range_m = (static_cast<double>(k) + 0.5 * block_samples) * sample_m;
       const double altitude_m = path.altitude_m[middle];
-      constexpr double steepest = 0.9;  // of the sine: below the sonar, a block spans many angles
+      constexpr double steepest = 0.9;  // largest sine: below the sonar, a block spans many angles
       if (!(power > 0.0) || altitude_m > steepest * range_m) continue;
       const double ground_m = std::sqrt(range_m * range_m - altitude_m * altitude_m);
       spots.push_back({middle, k / block_samples, range_m,
@@ -60,7 +59,7 @@ std::vector<Spot> spots_of(const LineWithBed& line, Side side, const VehiclePath
   return spots;
 }
 
-/// Makes the levels relative to their mean at the same grazing angle.
+/// Subtracts from each level the mean level at the same grazing angle.
 void take_off_mean_of_angle(std::vector<Spot>& spots) {
   std::array<double, grazing_cells> mean{}, number{};
   for (const Spot& spot : spots) {
@@ -70,9 +69,9 @@ void take_off_mean_of_angle(std::vector<Spot>& spots) {
   for (Spot& spot : spots) spot.level_db -= mean[spot.cell] / number[spot.cell];
 }
 
-/// By how much each block that is part of a single object or of its shadow differs from the median
-/// of the 49 blocks around it; 0 for the others. Where more than a fiftieth of the blocks differ so
-/// much, the bed is like that.
+/// For each block that is part of a single object or of its shadow: its difference in dB from the
+/// median of the 49 blocks around it. 0 for other blocks. If more than 1 in 50 blocks differs by so
+/// much, the bed itself is so uneven, and all values are 0.
 std::vector<double> off_bed_db(const std::vector<Spot>& spots, std::size_t pings,
                                std::size_t samples) {
   constexpr std::size_t reach = 3;
@@ -96,7 +95,7 @@ std::vector<double> off_bed_db(const std::vector<Spot>& spots, std::size_t pings
   return off_db;
 }
 
-/// The mean of the known ones among a tile and its eight neighbours.
+/// The mean tone of a tile and its eight neighbours, as far as they are known.
 std::optional<double> mean_around(const ToneMap& map, const std::vector<double>& tones,
                                   const std::vector<bool>& known, std::size_t tile) {
   const std::size_t row = tile / map.columns, column = tile % map.columns;
@@ -111,8 +110,8 @@ std::optional<double> mean_around(const ToneMap& map, const std::vector<double>&
   return number > 0.0 ? std::optional(sum / number) : std::nullopt;
 }
 
-/// Fills tiles between the pings with the mean of their neighbours, from the known ones outwards.
-/// Then the mean of each tile's neighbourhood, since single tiles are speckle, not tone.
+/// Fills unknown tiles with the mean of their neighbours, from the known tiles outwards. Then
+/// replaces each tile by the mean around it, since a single tile shows speckle.
 std::vector<double> smoothed(const ToneMap& map, std::vector<double> tones,
                              std::vector<bool>& known) {
   constexpr int spread = 4;
@@ -131,9 +130,9 @@ std::vector<double> smoothed(const ToneMap& map, std::vector<double> tones,
   return tones;
 }
 
-/// Pixels of a quarter of a tile, whose tones are interpolated between the tiles' middles. A tone
-/// between two steps is dithered: each pixel randomly gets one of them, so slow changes show no
-/// edges.
+/// Makes the pixels, whose edge is a quarter of a tile's. Their tones are interpolated between the
+/// tiles' middles. A tone between two steps is dithered: each pixel gets one of the two steps at
+/// random, so that slow changes show no edges.
 void draw_steps(const std::vector<double>& tones, ToneMap& map) {
   constexpr std::size_t finer = 4;
   const std::size_t tile_columns = map.columns, tile_rows = map.rows;
@@ -178,7 +177,7 @@ std::vector<BrightObject> bright_objects(const LineWithBed& line, const VehicleP
       if (off_db[i] > 0.0) blocks.push_back({spots[i].ping, side, spots[i].range_m, off_db[i]});
   }
   std::ranges::stable_sort(blocks, std::ranges::greater{}, &BrightObject::over_bed_db);
-  // Blocks next to a brighter one are of the same object.
+  // Blocks next to a brighter block belong to the same object.
   const double next_m =
       2.0 * block_samples * line.pings.front().range_m / static_cast<double>(line.samples);
   std::vector<BrightObject> objects;
@@ -205,7 +204,7 @@ ToneMap tone_map(const LineWithBed& line, const VehiclePath& path, const Recorde
       std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(extent_north_m / side_m)));
   const double north_side_m = extent_north_m / static_cast<double>(map.rows);
   std::vector<double> sums(map.columns * map.rows, 0.0), counts(sums.size(), 0.0);
-  // Remove the part of the level change that the gain over range causes when the altitude changes.
+  // When the altitude changes, the gain over range changes the level. Remove this change.
   const double slope_db =
       recorder.ping_mean == 0.0 && std::isfinite(range_slope_db) ? range_slope_db : 0.0;
   for (const Side side : line.sides()) {

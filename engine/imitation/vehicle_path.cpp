@@ -1,7 +1,6 @@
 #include <ensonify/engine/imitation/vehicle_path.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -20,9 +19,9 @@ namespace {
 
 using Values = std::vector<double>;
 using MaybeValues = std::vector<std::optional<double>>;
-constexpr double place_smoothing_s = 3.0;  // navigation is often rounded, or slower than the pings
+constexpr double place_smoothing_s = 3.0;  // positions are often rounded, or rarer than pings
 
-/// By fill_gaps(). Empty if fewer than half of the values are known.
+/// The values, with gaps filled by fill_gaps(). Empty if fewer than half of the values are known.
 Values filled(MaybeValues maybe) {
   const auto known = std::ranges::count_if(maybe, [](const auto& value) { return !!value; });
   if (2 * known < std::ssize(maybe)) return {};
@@ -32,7 +31,7 @@ Values filled(MaybeValues maybe) {
   return values;
 }
 
-/// A number of each ping, filled.
+/// One number of each ping, with gaps filled.
 template <class F>
 Values column(const RecordedLine& line, F&& value_of) {
   MaybeValues values;
@@ -44,7 +43,7 @@ bool all_equal(const Values& values) {
   return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) == values.end();
 }
 
-/// Means over the values within `reach` places.
+/// The mean of the values within `reach` places of each value.
 Values moving_mean(const Values& values, std::size_t reach) {
   Values sums(values.size() + 1, 0.0), means(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) sums[i + 1] = sums[i] + values[i];
@@ -70,7 +69,7 @@ Values moving_median(const Values& values, std::size_t reach) {
   return medians;
 }
 
-/// Single values, or two, that are far off those around them are replaced by their median.
+/// Single values, or two neighbours, more than `far` off the median around them become that median.
 Values without_single(Values values, double far) {
   const Values usual = moving_median(values, 2);
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -78,20 +77,19 @@ Values without_single(Values values, double far) {
   return values;
 }
 
-/// The median of the values around one, of as many before as behind it: otherwise a slope near an
-/// end of the line would seem to be far off.
+/// The median of the values around one value. It has equally many values before and after it;
+/// otherwise, near an end of the line, a slope would look like a difference.
 double usual_at(const Values& values, std::size_t i) {
   constexpr std::size_t fewest = 5, most = 40;
   return median_around(values, i, std::clamp(std::min(i, values.size() - 1 - i), fewest, most));
 }
 
-/// Whether a ping comes so long after the one before that the recording paused, or that its clock
-/// was set.
+/// Whether the time between two pings is so long that the recording paused, or its clock was set.
 bool is_pause(double step_s, double usual_s) { return step_s > 2.0 * usual_s; }
 
-/// The time from ping to ping, without pauses and without steps of a clock that was set back; unset
-/// if no time is after the one before. It is a mean, because times may be rounded, as those of an
-/// XTF to hundredths of a second.
+/// The mean time from ping to ping, without pauses and without steps of a clock that was set back.
+/// Unset if no time is later than the one before. It is a mean because times may be rounded: an XTF
+/// has hundredths of a second.
 std::optional<double> mean_interval_s(const Values& t_s) {
   Values forward;
   for (std::size_t i = 1; i < t_s.size(); ++i)
@@ -131,7 +129,7 @@ void set_times(const RecordedLine& line, VehiclePath& path) {
     path.t_s[i] = begin_s + static_cast<double>(i) * path.ping_interval_s;
 }
 
-/// Replaces places that lie far from those of the pings around.
+/// Replaces places that are far from the places of neighbouring pings.
 void leave_out_jumps(NavigationLog& log) {
   constexpr std::size_t around = 20;
   constexpr double far_m = 200.0;
@@ -143,7 +141,7 @@ void leave_out_jumps(NavigationLog& log) {
     }
 }
 
-/// The median of the latitudes and of the longitudes, which no wrong fix moves.
+/// The medians of latitudes and of longitudes. Single wrong positions do not change them.
 std::optional<GeographicPlace> median_place(const RecordedLine& line) {
   Values latitudes_rad, longitudes_rad;
   for (const RecordedPing& ping : line.pings)
@@ -155,14 +153,14 @@ std::optional<GeographicPlace> median_place(const RecordedLine& line) {
   return GeographicPlace{median(std::move(latitudes_rad)), median(std::move(longitudes_rad))};
 }
 
-/// East and north of `origin`, or on the file's map if there is none.
+/// The places of the pings, in metres east and north of `origin`; without it, on the file's map.
 NavigationLog places_of(const RecordedLine& line, const std::optional<GeographicPlace>& origin,
                         const Values& t_s) {
   const auto place_of = [&](const RecordedPing& ping) -> std::optional<Eigen::Vector2d> {
     if (!origin) return ping.place_m;
     if (!ping.place) return std::nullopt;
     const Eigen::Vector2d place = tangent_place(*ping.place, *origin).place;
-    constexpr double wrong_m = 100e3;  // no line is as long
+    constexpr double wrong_m = 100e3;  // no line is so long
     return place.norm() < wrong_m ? std::optional(place) : std::nullopt;
   };
   const auto part = [&](Eigen::Index which) {
@@ -179,7 +177,7 @@ NavigationLog places_of(const RecordedLine& line, const std::optional<Geographic
   return log;
 }
 
-/// At the stated speed along the headings, or north if there are none.
+/// Makes a path at the stated speed along the headings; to the north if there are none.
 void go_by_heading(const RecordedLine& line, const std::string& why, VehiclePath& path) {
   const Values speeds = column(line, &RecordedPing::speed_mps);
   const double speed_mps = speeds.empty() ? 1.5 : median(speeds);
@@ -196,7 +194,7 @@ void go_by_heading(const RecordedLine& line, const std::string& why, VehiclePath
                             speed_mps, speeds.empty() ? "a usual" : "the stated")};
 }
 
-/// Moves the origin to the middle of the path's box, and returns where that was. Throws
+/// Moves the origin to the middle of the path's bounds, and returns where this middle was. Throws
 /// RecordingError for a path that is too long.
 Eigen::Vector2d move_origin_to_middle(VehiclePath& path) {
   const auto [west, east] = std::ranges::minmax(path.x_m);
@@ -255,11 +253,11 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
 }
 
 void set_attitude(const RecordedLine& line, VehiclePath& path) {
-  // No sidescan sonar works beyond these angles: the values are wrong.
+  // No sidescan sonar works at larger angles: such values are wrong.
   const auto within = [](std::optional<double> angle_rad, double max_rad) {
     return angle_rad && std::abs(*angle_rad) <= max_rad ? angle_rad : std::nullopt;
   };
-  constexpr double far_rad = 5.0 * degree;  // no vehicle pitches by as much and back in two pings
+  constexpr double far_rad = 5.0 * degree;  // no vehicle turns so far and back within two pings
   path.roll_rad = without_single(
       column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); }),
       far_rad);
@@ -268,7 +266,7 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
       far_rad);
   const ChosenHeadings headings = choose_headings(line);
   path.heading_instead = headings.instead;
-  // They are unwrapped over the pings that have one, so that gaps do not turn about.
+  // Only headings that are known are unwrapped, so that a gap does not become a turn.
   MaybeValues unwrapped;
   double last = 0.0;
   for (const std::optional<double>& heading_rad : headings.rad) {
@@ -279,7 +277,7 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
   std::string from;
   for (Values* values : {&path.roll_rad, &path.pitch_rad})
     if (std::ranges::all_of(*values, [](double value) { return value == 0.0; }))
-      values->clear();  // a field that is not used
+      values->clear();  // the file does not use this field
   for (const auto& [values, name] :
        {std::pair{&path.roll_rad, "roll"},
         {&path.pitch_rad, "pitch"},
@@ -290,7 +288,7 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
   if (!headings.instead.empty()) path.attitude.why += "; " + headings.instead;
 }
 
-/// The altitude of each ping. Throws RecordingError if the line neither shows nor states it.
+/// Finds the altitude of each ping. Throws RecordingError if the line neither shows nor states it.
 void set_altitudes(const LineWithBed& line, VehiclePath& path) {
   const std::size_t pings = line.pings.size();
   const Values ranges = first_bed_echoes_m(line);
@@ -407,7 +405,7 @@ Oscillation oscillation_of(double interval_s, const Values& values) {
   const auto reach = static_cast<std::size_t>(std::max(1.0, 0.5 * slow_s / interval_s));
   const Values slow = moving_mean(values, reach);
   const auto window = static_cast<std::size_t>(std::max(1.0, 30.0 / interval_s));
-  Values windows;  // mean squares
+  Values windows;  // mean squares of the windows
   double squares = 0.0, crossings = 0.0, before = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double fast = values[i] - slow[i];

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,19 +19,17 @@ using Json = nlohmann::ordered_json;
 constexpr std::array known_keys{"set", "hold", "pings_per_s", "add", "clear", "again"};
 constexpr std::string_view altitude_key = "track.altitude_m", speed_key = "track.speed_mps";
 
-std::string text_of(const Json& json) { return json_text(json); }
-
 double number_in(const Json& value, std::string_view what, double low, double high) {
   if (!value.is_number() || !(value.get<double>() >= low && value.get<double>() <= high))
     throw std::invalid_argument(fmt::format("'{}' is {}, expected a number from {} to {}", what,
-                                            text_of(value), low, high));
+                                            json_text(value), low, high));
   return value.get<double>();
 }
 
 bool truth_in(const Json& value, std::string_view what) {
   if (!value.is_boolean())
     throw std::invalid_argument(
-        fmt::format("'{}' is {}, expected true or false", what, text_of(value)));
+        fmt::format("'{}' is {}, expected true or false", what, json_text(value)));
   return value.get<bool>();
 }
 

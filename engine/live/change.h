@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -19,11 +18,11 @@ struct Vehicle {
   double altitude_m = 0.0, speed_mps = 0.0;
 };
 
-/// A change of these; what is unset stays.
+/// A change of altitude and speed. What is unset stays.
 struct VehicleChange {
   std::optional<double> altitude_m, speed_mps;
 
-  /// This change and then another one.
+  /// This change, followed by a later one.
   VehicleChange then(const VehicleChange& later) const {
     return {later.altitude_m ? later.altitude_m : altitude_m,
             later.speed_mps ? later.speed_mps : speed_mps};
@@ -33,7 +32,7 @@ struct VehicleChange {
   }
 };
 
-/// An object to put on the bed; its position is relative to the vehicle.
+/// An object to put on the bed at a position relative to the vehicle.
 struct AddedObject {
   MovingObject object;
   double ahead_m, starboard_m;
@@ -41,16 +40,16 @@ struct AddedObject {
 
 /// A scene with changed keys.
 struct SceneChange {
-  std::vector<KeyValue> keys;  ///< the changed ones, to be kept
-  SessionScene before;         ///< the session's scene without them
-  Scene scene;
+  std::vector<KeyValue> keys;  ///< the changed keys, which the session keeps
+  SessionScene before;         ///< the session's scene without these changes
+  Scene scene;                 ///< with these changes
   VehicleChange vehicle;
-  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< the changed ones, with their numbers
+  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< the changed sonars, with their numbers
   std::optional<Display> display;
-  bool seabed = false;  ///< other keys change too: the scene must be made ready again
+  bool seabed = false;  ///< keys of the seabed or others change: the scene must be made ready again
 };
 
-/// The change of these keys, without a change of the vehicle. Throws SceneError.
+/// Changes these keys of a scene; the vehicle does not change. Throws SceneError.
 SceneChange scene_change(std::vector<KeyValue> keys, const SessionScene& before);
 
 /// A valid request to LiveSession::change().
@@ -62,8 +61,8 @@ struct LiveChange {
   bool clear = false, again = false;
 };
 
-/// Reads a change request. `now` is the session's present scene, and `objects` is how many have
-/// been added so far. Throws as LiveSession::change().
+/// Reads a change request. `now` is the session's present scene, and `objects` is the number of
+/// objects added so far. Throws as LiveSession::change().
 LiveChange read_change(std::string_view json, const SessionScene& now, std::uint32_t objects = 0);
 
 }  // namespace ensonify::engine

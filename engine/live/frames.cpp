@@ -28,13 +28,15 @@ class Writer {
   void put(T value) {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof(T));
   }
+  template <class T, class... Values>
+  void put_as(Values... values) {
+    (put(static_cast<T>(values)), ...);
+  }
   template <class T>
   void put_all(std::span<const T> values) {
     bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
   }
-  void put_place(const Eigen::Vector3d& place) {
-    for (int k = 0; k < 3; ++k) put(static_cast<float>(place[k]));
-  }
+  void put_place(const Eigen::Vector3d& place) { put_as<float>(place.x(), place.y(), place.z()); }
   void pad() { bytes_.resize((bytes_.size() + 3) / 4 * 4, '\0'); }
   std::string& bytes() { return bytes_; }
   Bytes done() {
@@ -48,7 +50,7 @@ class Writer {
   std::string bytes_;
 };
 
-/// Adds the seabed points of some of the ping's echoes, evenly over the bins of each side.
+/// Adds the places on the seabed of some bins, evenly spaced over the bins of each side.
 void put_ray_ends(const Waterfall& row, std::vector<Eigen::Vector3f>& ends) {
   const std::size_t columns = row.columns();
   const std::size_t step =
@@ -87,29 +89,22 @@ std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& render
   const BinLayers& pixels = row.pixels;
   Writer writer(FrameKind::line);
   writer.put(number);
-  writer.put(static_cast<std::uint32_t>(ping));
-  writer.put(static_cast<std::uint32_t>(sonar));
-  writer.put(static_cast<std::uint32_t>(columns));
-  writer.put(static_cast<std::uint32_t>(record.artefacts.has(Artefact::lost) ? 1 : 0));
+  writer.put_as<std::uint32_t>(ping, sonar, columns, record.artefacts.has(Artefact::lost) ? 1 : 0);
   writer.put_place(record.pose.position);
-  writer.put(static_cast<float>(record.pose.heading_rad));
-  writer.put(static_cast<float>(record.pose.pitch_rad));
-  writer.put(static_cast<float>(record.pose.roll_rad));
-  writer.put(static_cast<float>(record.altitude_m));
-  writer.put(static_cast<float>(record.pose.t_s));
+  writer.put_as<float>(record.pose.heading_rad, record.pose.pitch_rad, record.pose.roll_rad,
+                       record.altitude_m, record.pose.t_s);
   for (const Sector& sector : sidescan_sectors)
-    writer.put(static_cast<std::int32_t>(row.line_of(record, sector.name).first_return));
+    writer.put_as<std::int32_t>(row.line_of(record, sector.name).first_return);
   std::vector<float> levels(columns);
   renderer.levels(row, 0, levels);
   for (const float level : levels) writer.put(level_number(level));
   writer.put_all(std::span(brightness.pixels));
-  for (const std::uint32_t region : pixels.region) writer.put(static_cast<std::uint8_t>(region));
-  for (const std::uint32_t id : pixels.class_id)
-    writer.put(static_cast<std::uint8_t>(std::min(id, 255u)));
+  for (const std::uint32_t region : pixels.region) writer.put_as<std::uint8_t>(region);
+  for (const std::uint32_t id : pixels.class_id) writer.put_as<std::uint8_t>(std::min(id, 255u));
   writer.pad();
   std::vector<Eigen::Vector3f> ends;
   put_ray_ends(row, ends);
-  writer.put(static_cast<std::uint32_t>(ends.size()));
+  writer.put_as<std::uint32_t>(ends.size());
   for (const Eigen::Vector3f& end : ends) writer.put_place(end.cast<double>());
   const Pose sonar_pose = mounted(record.pose, row.sonar.mounting);
   for (int k = 0; k < 3; ++k) writer.put(sonar_pose.position[k]);
@@ -118,7 +113,6 @@ std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& render
 
   auto line = std::make_shared<LiveLine>();
   line->number = number;
-  line->bin_m = static_cast<float>(row.sonar.bin_m());
   line->truth.resize(columns);
   for (std::size_t i = 0; i < columns; ++i)
     line->truth[i] = {.x_m = pixels.x_m[i],
@@ -136,9 +130,9 @@ std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& render
 
 Bytes mesh_frame(const MeshPatch& patch) {
   Writer writer(FrameKind::mesh);
-  writer.put(static_cast<std::uint32_t>(patch.exact.size()));
+  writer.put_as<std::uint32_t>(patch.exact.size());
   writer.put_place(patch.middle);
-  writer.put(static_cast<float>(patch.step_m));
+  writer.put_as<float>(patch.step_m);
   writer.put_all(std::span(patch.corners));
   writer.put_all(std::span(patch.exact));
   return writer.done();
@@ -146,18 +140,11 @@ Bytes mesh_frame(const MeshPatch& patch) {
 
 Bytes bed_frame(const BedMap& map) {
   Writer writer(FrameKind::bed);
-  writer.put(static_cast<std::uint32_t>(map.columns));
-  writer.put(static_cast<std::uint32_t>(map.rows));
-  for (const Eigen::Vector2f& corner : {map.lowest, map.highest}) {
-    writer.put(corner.x());
-    writer.put(corner.y());
-  }
+  writer.put_as<std::uint32_t>(map.columns, map.rows);
+  writer.put_as<float>(map.lowest.x(), map.lowest.y(), map.highest.x(), map.highest.y());
   writer.put_all(std::span(map.heights_m));
-  writer.put(static_cast<std::uint32_t>(map.track.size()));
-  for (const Eigen::Vector2f& place : map.track) {
-    writer.put(place.x());
-    writer.put(place.y());
-  }
+  writer.put_as<std::uint32_t>(map.track.size());
+  for (const Eigen::Vector2f& place : map.track) writer.put_as<float>(place.x(), place.y());
   return writer.done();
 }
 

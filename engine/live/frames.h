@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,14 +21,14 @@ enum class FrameKind : std::uint32_t {
   status = 3,   ///< the session's progress
   mesh = 4,     ///< the active mesh near the sonar
   gap = 5,      ///< lines that this page has missed
-  bed = 6       ///< the seafloor's heights from above, and the track
+  bed = 6       ///< a map of the seafloor's heights, and the track
 };
 
 Bytes json_frame(FrameKind kind, std::string_view json);
 Bytes gap_frame(std::uint64_t first, std::uint64_t count);
 
-/// An intensity relative to mid-brightness in a frame's units: 256 per dB, 32768 for 0 dB; 0: no
-/// echo.
+/// The number that stands in a frame for an intensity: 32768 for mid-brightness, and 256 per dB
+/// above or below; 0: no echo.
 std::uint16_t level_number(float level);
 
 /// A line of the waterfall, in this order:
@@ -51,9 +49,9 @@ std::uint16_t level_number(float level);
 /// | 3 a point  | float32    | places where rays of the ping end, local metres |
 /// | 5          | float64    | place of the sonar, its heading, its height over the bed |
 ///
-/// Columns are by slant range, as in LineLayout. By the height over the bed the page makes a
-/// picture in ground range (picture_columns.h). `row` is a waterfall with this row only,
-/// `brightness` its picture in grey.
+/// Columns are in slant range, as in LineLayout. From the height over the bed the page makes a
+/// picture in ground range (picture_columns.h). `row` is a waterfall with only this row, and
+/// `brightness` is its picture in grey.
 std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& renderer,
                                     const Picture& brightness, std::uint64_t ping,
                                     std::size_t sonar, std::uint64_t number);

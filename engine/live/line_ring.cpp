@@ -5,11 +5,6 @@
 #include <ensonify/engine/live/frames.h>
 
 namespace ensonify::engine {
-namespace {
-
-constexpr std::size_t max_bytes_at_once = 256 * 1024;
-
-}  // namespace
 
 void LineRing::push(std::shared_ptr<LiveLine> line) {
   std::vector<std::shared_ptr<const LiveLine>> old;  // freed after the lock is released
@@ -56,11 +51,6 @@ std::shared_ptr<const LiveLine> LineRing::line(std::uint64_t number) const {
   return lines_[number - first];
 }
 
-std::uint64_t LineRing::next_number() const {
-  const std::lock_guard held(lock_);
-  return next_;
-}
-
 bool LineReader::has_news() const {
   if (next_ < ring_.next_) return true;
   for (std::size_t kind = 0; kind < news_kinds; ++kind)
@@ -70,6 +60,7 @@ bool LineReader::has_news() const {
 }
 
 std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
+  constexpr std::size_t max_bytes_at_once = 256 * 1024;
   std::vector<Bytes> frames;
   std::unique_lock held(ring_.lock_);
   ring_.changed_.wait_for(held, wait, [&] { return ring_.closed_ || has_news(); });
@@ -89,7 +80,7 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
     frames.push_back(gap_frame(next_, ring_.next_ - 1 - next_));
     next_ = ring_.next_ - 1;
   }
-  next_ = std::max(next_, first);  // a new reader has missed nothing
+  next_ = std::max(next_, first);  // without a gap frame: a new reader has missed nothing
   for (std::size_t bytes = 0; next_ < ring_.next_ && bytes < max_bytes_at_once; ++next_) {
     const LiveLine& line = *ring_.lines_[next_ - first];
     Bytes& setting = seen_[static_cast<std::size_t>(LatestFrame::setting)];
@@ -99,7 +90,7 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
   }
   if (next_ == ring_.next_) {
     up_to_date_ = true;
-    news(LatestFrame::setting);  // it may have no line yet
+    news(LatestFrame::setting);  // also if no line has this setting yet
   }
   if (with_mesh_) news(LatestFrame::mesh);
   news(LatestFrame::status);

@@ -10,10 +10,10 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t max_waiting = 64;  // objects
+constexpr std::size_t max_waiting = 64;  // objects that wait to be added
 
-/// Adds a change to those that wait. Of each sonar only the latest settings stay, which include all
-/// earlier ones: a page that sends changes faster than they are applied leaves no queue.
+/// Adds a change to the waiting changes. Of each sonar only the latest settings are kept, because
+/// they include all earlier ones. So a page that sends changes too fast makes no queue.
 void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
   if (!all) {
     all = change;
@@ -21,8 +21,7 @@ void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
   }
   all->keys.insert(all->keys.end(), change.keys.begin(), change.keys.end());
   for (const auto& changed : change.sonars) {
-    const auto same = [&](const auto& kept) { return kept.first == changed.first; };
-    std::erase_if(all->sonars, same);
+    std::erase_if(all->sonars, [&](const auto& kept) { return kept.first == changed.first; });
     all->sonars.push_back(changed);
   }
 }
@@ -32,11 +31,6 @@ void add_to(std::optional<SceneChange>& all, const SceneChange& change) {
 Mailbox::Mailbox(SessionScene source, std::optional<double> pings_per_s, bool hold)
     : source_(std::move(source)) {
   status_.control = {.vehicle = {}, .pings_per_s = pings_per_s, .hold = hold};
-}
-
-SessionScene Mailbox::present() const {
-  const std::lock_guard lock(lock_);
-  return source_;
 }
 
 void Mailbox::accept(const LiveChange& change) {
@@ -75,16 +69,10 @@ void Mailbox::accept(const LiveChange& change) {
   woken_.notify_all();
 }
 
-void Mailbox::page_opened(bool mesh) {
+void Mailbox::count_page(int more, bool mesh) {
   const std::lock_guard lock(lock_);
-  ++status_.control.pages;
-  if (mesh) ++status_.control.mesh_pages;
-}
-
-void Mailbox::page_closed(bool mesh) {
-  const std::lock_guard lock(lock_);
-  --status_.control.pages;
-  if (mesh) --status_.control.mesh_pages;
+  status_.control.pages += more;
+  if (mesh) status_.control.mesh_pages += more;
 }
 
 void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene, const SceneChange& change) {
@@ -128,16 +116,6 @@ std::optional<PendingChanges> Mailbox::take() {
   return std::exchange(pending_, {});
 }
 
-Control Mailbox::control() const {
-  const std::lock_guard lock(lock_);
-  return status_.control;
-}
-
-SessionStatus Mailbox::status() const {
-  const std::lock_guard lock(lock_);
-  return status_;
-}
-
 void Mailbox::set_vehicle(const Vehicle& vehicle) {
   const std::lock_guard lock(lock_);
   status_.control.vehicle = vehicle;
@@ -178,16 +156,6 @@ void Mailbox::stop() {
   const std::lock_guard lock(lock_);
   stopping_ = true;
   woken_.notify_all();
-}
-
-bool Mailbox::stopping() const {
-  const std::lock_guard lock(lock_);
-  return stopping_;
-}
-
-std::exception_ptr Mailbox::fault() const {
-  const std::lock_guard lock(lock_);
-  return fault_;
 }
 
 }  // namespace ensonify::engine

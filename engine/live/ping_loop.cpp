@@ -13,7 +13,6 @@
 
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/live/frames.h>
-#include <ensonify/engine/live/setting.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
@@ -23,8 +22,9 @@ namespace {
 using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
-constexpr double climb_mps = 1.0;        // vertical speed of an altitude change
-constexpr double min_clearance_m = 0.5;  // above the bed and below the surface, off the track
+constexpr double climb_mps = 1.0;  // vertical speed of an altitude change
+constexpr double min_clearance_m =
+    0.5;  // to the bed and to the sea surface, for poses off the track
 constexpr auto between_views = 300ms;
 constexpr auto between_status = 400ms;
 
@@ -65,7 +65,7 @@ void PingLoop::run() {
       report_status(false, viewer);
       const double rate = wanted_rate(mailbox_.control());
       if (rate <= 0.0) continue;
-      // After a slow ping it catches up, but by at most 50 ms.
+      // After a slow ping the next ones come sooner, by at most 50 ms in all.
       due = std::max(due + std::chrono::duration_cast<Clock::duration>(
                                std::chrono::duration<double>(1.0 / rate)),
                      Clock::now() - 50ms);
@@ -88,7 +88,11 @@ void PingLoop::apply(PendingChanges changes) {
                            // Objects may add classes and materials.
                            !changes.objects.empty() || !changes.objects_after_again.empty();
   if (changes.live_scene) replace_scene(std::move(changes.live_scene));
-  if (changes.sonars) set_sonars(*changes.sonars);
+  if (changes.sonars) try {
+      live_scene_->simulator.set_sonars(changes.sonars->sonars);
+    } catch (const std::exception& error) {
+      mailbox_.refuse(*changes.sonars, error.what());
+    }
   if (changes.display) display_ = *changes.display;
   if (changes.clear)
     for (const ObjectOnBed& added : std::exchange(added_, {}))
@@ -119,14 +123,6 @@ void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
   ring_.post(LatestFrame::bed, live_scene_->bed);
 }
 
-void PingLoop::set_sonars(const SceneChange& change) {
-  try {
-    live_scene_->simulator.set_sonars(change.sonars);
-  } catch (const std::exception& error) {
-    mailbox_.refuse(change, error.what());
-  }
-}
-
 void PingLoop::put(AddedObject& added) {
   const Pose pose =
       live_scene_->pose_at(std::min(along_, static_cast<double>(live_scene_->track.count() - 1)));
@@ -137,7 +133,7 @@ void PingLoop::put(AddedObject& added) {
   set_down(std::move(added.object), place);
 }
 
-/// Adds an object at the height of the bed. It is kept, to lie on the next bed too.
+/// Adds an object at the height of the bed, and keeps it in added_, to set it down on the next bed.
 void PingLoop::set_down(MovingObject object, Pose place) {
   if (mailbox_.stopping()) return;
   place.position.z() = 0.0;
@@ -183,7 +179,7 @@ void PingLoop::report_new_warnings() {
 }
 
 void PingLoop::ping(const Control& control, MeshViewer& viewer) {
-  // A track that stays at its place has no way to go faster along.
+  // On a track without speed, the vehicle's speed has no effect.
   const double per_ping =
       planned_.speed_mps > 0.0 ? control.vehicle.speed_mps / planned_.speed_mps : 1.0;
   const double to_climb = control.vehicle.altitude_m - planned_.altitude_m - climbed_m_;
@@ -222,7 +218,7 @@ TrackPings::PingRecord PingLoop::record_ping(double per_ping) {
   const double over_m = simulator.altitude_m(pose.position);
   if (over_m < min_clearance_m) pose.position.z() += min_clearance_m - over_m;
   pose.position.z() = std::min(pose.position.z(), -min_clearance_m);
-  climbed_m_ = pose.position.z() - planned_z_m;  // the next climb begins where it is
+  climbed_m_ = pose.position.z() - planned_z_m;  // the next climb begins at this height
   pose.t_s = track.poses().front().t_s + static_cast<double>(pings_) * live_scene_->interval_s();
   pose.velocity_mps *= per_ping;
   return {

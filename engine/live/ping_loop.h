@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -21,15 +20,15 @@ namespace ensonify::engine {
 /// status in the ring. One thread owns it; the mailbox and the ring are all that it shares.
 class PingLoop {
  public:
-  /// Publishes the scene's bed and setting. `name` is the scene's. The mailbox and the ring must
-  /// outlive this.
+  /// Publishes the scene's bed and setting. `name` is the scene's name. The mailbox and the ring
+  /// must outlive this object.
   PingLoop(std::shared_ptr<LiveScene> live_scene, std::string name, Mailbox& mailbox,
            LineRing& ring);
 
-  /// Pings until the mailbox stops. An exception goes to the mailbox, and closes the ring.
+  /// Pings until the mailbox stops. Passes an exception to the mailbox, and closes the ring.
   void run();
 
-  /// Not during run().
+  /// Must not be called during run().
   const LiveScene& live_scene() const { return *live_scene_; }
 
  private:
@@ -42,7 +41,6 @@ class PingLoop {
   bool at_end() const;
   void apply(PendingChanges changes);
   void replace_scene(std::shared_ptr<LiveScene> live_scene);
-  void set_sonars(const SceneChange& change);
   void put(AddedObject& added);
   void set_down(MovingObject object, Pose place);
   void take_setting();
@@ -59,24 +57,24 @@ class PingLoop {
   LineRing& ring_;
   std::string name_;
   std::shared_ptr<LiveScene> live_scene_;
-  const Vehicle planned_;  // what the track does, over the first scene's bed
+  const Vehicle planned_;  // altitude and speed of the track over the first scene's bed
   Display display_;
 
-  // What follows from the scene, its objects and the display.
+  // Made by take_setting() from the scene, its objects and the display.
   std::vector<Renderer> renderers_;
   std::vector<Waterfall> rows_;
   Bytes setting_;
   std::shared_ptr<const std::vector<std::string>> classes_, materials_;
 
-  std::vector<std::string> warnings_;  // that pages or the program's user have
-  std::vector<ObjectOnBed> added_;     // objects of pages
-  double along_ = 0.0;                 // in pings of the track
-  double climbed_m_ = 0.0;
-  bool on_track_ = true;  // all pings so far are those that a run makes
+  std::vector<std::string> warnings_;  // warnings that were reported
+  std::vector<ObjectOnBed> added_;     // objects that pages added
+  double along_ = 0.0;                 // place on the track, counted in its pings
+  double climbed_m_ = 0.0;             // height of the vehicle above the track
+  bool on_track_ = true;               // all pings so far are the same as in a run
   bool out_of_water_ = false;
   std::uint64_t pings_ = 0, lines_ = 0;
 
-  // Since the last status.
+  // Of the last status, and since then.
   std::uint64_t pings_since_ = 0;
   StageTimes stages_before_;
   Clock::time_point status_reported_{};

@@ -12,7 +12,6 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <limits>
 #include <random>
 #include <string_view>
 #include <thread>
@@ -33,7 +32,7 @@ namespace ensonify::engine {
 
 bool is_loopback(const std::string& address) {
   if (address == "localhost" || address == "::1") return true;
-  // "127." and three numbers, so that it cannot be a name that a name server resolves.
+  // "127." must be followed by three numbers, because a name server may resolve another name.
   if (!address.starts_with("127.") || address.size() > 15) return false;
   int dots = 0, digits = 0;
   for (const char c : address) {
@@ -60,10 +59,10 @@ constexpr std::size_t max_request_bytes = 32 * 1024;  // request line and header
 constexpr std::size_t max_body_bytes = 16 * 1024;
 constexpr auto longest_request = 5s;
 constexpr auto longest_standstill = 10s;      // of a page that does not read
-constexpr auto slice = 100ms;                 // between checks whether the server ends
+constexpr auto slice = 100ms;                 // time between two checks whether the server stops
 constexpr int max_unsent_bytes = 512 * 1024;  // per page
 constexpr int max_readers = 32;
-constexpr std::size_t max_connections = 64;  // served at once; the others wait
+constexpr std::size_t max_connections = 64;  // served at the same time; further ones wait
 constexpr std::string_view token_mark = "%TOKEN%";
 
 /// A socket that closes if the client sends too much or too slowly, or does not read.
@@ -137,7 +136,7 @@ class GuardedServer final : public httplib::Server {
     bool closed = false;
     const bool done = answer(stream, closed);
     ::shutdown(socket, SHUT_WR);
-    // Unread data would make the kernel drop the answer, so it is read first.
+    // If data from the client is unread at the close, the kernel may drop the answer. So read it.
     std::array<char, 4096> rest;
     const Clock::time_point until = Clock::now() + 200ms;
     pollfd poll_for{socket, POLLIN, 0};
@@ -214,7 +213,7 @@ struct LiveServer::Inner {
     server.set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-      // Accepted sockets inherit this limit: lines that wait longer in the kernel are out of date.
+      // Accepted sockets inherit this limit. Lines that wait longer in the kernel are too old.
       ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &max_unsent_bytes, sizeof max_unsent_bytes);
     });
     server.set_default_headers(
@@ -232,7 +231,7 @@ struct LiveServer::Inner {
           const int refused = why_not(request);
           if (refused == 0) return httplib::Server::HandlerResponse::Unhandled;
           response.status = refused;
-          if (!request.has_header("Range"))  // which httplib would apply to the answer
+          if (!request.has_header("Range"))  // httplib would apply the range to the answer
             response.set_content(fmt::format("{}\n", refused), "text/plain");
           return httplib::Server::HandlerResponse::Handled;
         });
@@ -325,16 +324,14 @@ struct LiveServer::Inner {
       ~Page() { --readers; }
     };
     const auto page = std::make_shared<Page>(*this, request.get_param_value("mesh") == "1");
-    response.set_chunked_content_provider("application/octet-stream",
-                                          [this, page](std::size_t, httplib::DataSink& sink) {
-                                            for (const Bytes& frame : page->reader.next(250ms))
-                                              if (!sink.write(frame->data(), frame->size()))
-                                                return false;
-                                            if (!stopping && !session.ring().closed())
-                                              return sink.is_writable();
-                                            sink.done();
-                                            return true;
-                                          });
+    const auto send = [this, page](std::size_t, httplib::DataSink& sink) {
+      for (const Bytes& frame : page->reader.next(250ms))
+        if (!sink.write(frame->data(), frame->size())) return false;
+      if (!stopping && !session.ring().closed()) return sink.is_writable();
+      sink.done();
+      return true;
+    };
+    response.set_chunked_content_provider("application/octet-stream", send);
   }
 
   void report_truth(const httplib::Request& request, httplib::Response& response) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -21,14 +20,14 @@ bool has_live_server();
 bool is_loopback(const std::string& address);
 
 /// Serves the page of a session, on its own threads. It answers GET for the page's files (page.h),
-/// /lines (frames.h, until the page leaves) and /truth, and POST for /change. It refuses requests
-/// that do not come from its page: another Host or Origin, a cross-site request, a missing token
-/// (which is in the page, where other sites cannot read it), other methods or paths, large or slow
-/// requests, and too many readers.
+/// /lines (frames.h, until the page is closed) and /truth, and POST for /change. It refuses
+/// requests that do not come from its page: with another Host or Origin, from another site, or
+/// without the token, which is in the page, where other sites cannot read it. It also refuses other
+/// methods and paths, large or slow requests, and too many readers.
 class LiveServer {
  public:
-  /// Throws std::invalid_argument for an address that other machines can reach unless `remote`,
-  /// std::runtime_error if the port is taken or this build has no server.
+  /// Throws std::invalid_argument for an address that other machines can reach, unless `remote` is
+  /// set. Throws std::runtime_error if the port is in use or this build has no server.
   LiveServer(LiveSession& session, const ServerOptions& options);
   ~LiveServer();  ///< disconnects all pages
   LiveServer(const LiveServer&) = delete;

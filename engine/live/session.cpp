@@ -18,24 +18,21 @@
 
 namespace ensonify::engine {
 
-/// What the threads share: the ring and the mailbox, each with its own lock. The rest belongs to
-/// one thread.
+/// The threads share the ring and the mailbox, each with its own lock, and what change_lock guards.
 struct LiveSession::Inner {
   explicit Inner(LiveOptions its_options)
       : Inner(its_options, SessionScene::of_file(its_options.scene, its_options.overrides,
                                                  its_options.data_folder)) {}
 
   Inner(const LiveOptions& its_options, const SessionScene& source)
-      : Inner(its_options, source, with_session_surface(source.with())) {}
-
-  Inner(const LiveOptions& its_options, const SessionScene& source, const Scene& scene)
       : memory(its_options.memory),
         ring(its_options.ring_bytes),
         mailbox(source, its_options.pings_per_s, its_options.hold),
-        loop(std::make_shared<LiveScene>(scene, Preparation{.cache = its_options.cache,
-                                                            .progress = its_options.progress,
-                                                            .stop_check = [this] { stop_check(); },
-                                                            .memory = memory}),
+        loop(std::make_shared<LiveScene>(with_session_surface(source.with()),
+                                         Preparation{.cache = its_options.cache,
+                                                     .progress = its_options.progress,
+                                                     .stop_check = [this] { stop_check(); },
+                                                     .memory = memory}),
              its_options.scene.stem().string(), mailbox, ring) {}
 
   void stop_check() const {
@@ -60,7 +57,7 @@ struct LiveSession::Inner {
                                    .progress = [this](auto) { stop_check(); },
                                    .stop_check = [this] { stop_check(); },
                                    .memory = memory});
-        // Not between the reading of a change and its acceptance.
+        // change() must not be between read_change() and accept().
         const std::lock_guard one_at_a_time(change_lock);
         mailbox.deliver(std::move(live_scene), set);
       } catch (const std::exception& error) {
@@ -72,11 +69,11 @@ struct LiveSession::Inner {
   const MemoryLimit memory;
   LineRing ring;
   Mailbox mailbox;
-  PingLoop loop;  // of the ping thread, from start() to stop()
+  PingLoop loop;  // used by the ping thread only, from start() to stop()
   std::thread ping_thread;
 
-  std::mutex change_lock;     // of the members below; changes are made one at a time
-  std::uint32_t objects = 0;  // that were added
+  std::mutex change_lock;     // guards the members below; changes are made one at a time
+  std::uint32_t objects = 0;  // number of objects that were added
   std::thread prepare_thread;
 };
 
@@ -130,8 +127,8 @@ std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
 }
 
 LiveSession::Watch::Watch(LiveSession& session, bool mesh) : session_(session), mesh_(mesh) {
-  session_.inner_->mailbox.page_opened(mesh_);
+  session_.inner_->mailbox.count_page(1, mesh_);
 }
-LiveSession::Watch::~Watch() { session_.inner_->mailbox.page_closed(mesh_); }
+LiveSession::Watch::~Watch() { session_.inner_->mailbox.count_page(-1, mesh_); }
 
 }  // namespace ensonify::engine

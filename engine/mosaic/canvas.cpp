@@ -10,7 +10,7 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-/// The first cell whose centre is not before a coordinate, within limits.
+/// The first cell whose centre is at the coordinate `at` or behind it, clamped to [begin, end].
 std::int64_t first_cell(double at, std::int64_t begin, std::int64_t end) {
   return static_cast<std::int64_t>(
       std::clamp(std::ceil(at - 0.5), static_cast<double>(begin), static_cast<double>(end)));
@@ -44,7 +44,7 @@ void Canvas::fill(const std::array<Eigen::Vector2d, 4>& corners, float value, fl
     for (std::size_t i = 0; i < 4; ++i) {
       Eigen::Vector2d a = corners[i], b = corners[(i + 1) % 4];
       if ((a.y() <= y) == (b.y() <= y)) continue;
-      // In one direction, so that two quadrilaterals with this side compute the same number.
+      // Always upwards in y, so that two quadrilaterals with this side compute the same number.
       if (b.y() < a.y()) std::swap(a, b);
       crossings[count++] = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
     }

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 
@@ -33,30 +32,29 @@ namespace {
 constexpr const char* usual_remedy = "copy the file again, or make the run again";
 constexpr const char* another_kind = "this is not an image of a run";
 constexpr const char* other_remedy = "give a folder that `ensonify run` wrote";
-constexpr int max_columns = 1 << 20;            // more than any scene's
-constexpr double max_compression = 2000;        // no method reaches it
-constexpr double max_rows_per_byte = 2.0;       // 32 rows have 16 bytes at least
-constexpr double small_block_bytes = 16 << 20;  // as much as any file may ask for
+constexpr int max_columns = 1 << 20;            // more than any scene has
+constexpr double max_compression = 2000;        // no method of OpenEXR reaches it
+constexpr double max_rows_per_byte = 2.0;       // 32 rows take at least 16 bytes
+constexpr double small_block_bytes = 16 << 20;  // memory that any file may take
 
 [[noreturn]] void fail(const std::filesystem::path& file, std::string_view what,
                        std::string_view remedy = usual_remedy) {
   throw SceneError(fmt::format("{}: {}; {}", file.string(), what, remedy));
 }
 
-/// Zeros at the file's end.
+/// The next bytes of a file; zeros behind its end.
 std::string next_bytes(refine::FileReader& reader, std::size_t count) {
   std::string bytes(count, '\0');
   reader.read(std::as_writable_bytes(std::span(bytes)));
   return bytes;
 }
 std::uint32_t next_number(refine::FileReader& reader) {
-  const std::string text = next_bytes(reader, 4);
   std::array<unsigned char, 4> bytes{};
-  std::ranges::copy(text, bytes.begin());
+  reader.read(std::as_writable_bytes(std::span(bytes)));
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t{bytes[3]} << 24;
 }
 
-/// The types of attributes that a run's images have, and the bytes of a value; 0: any number.
+/// The types of attributes in a run's images, and the bytes of a value; 0: any number of bytes.
 constexpr std::array<std::pair<std::string_view, std::uint32_t>, 9> attribute_types{
     {{"box2i", 16},
      {"chlist", 0},
@@ -68,8 +66,8 @@ constexpr std::array<std::pair<std::string_view, std::uint32_t>, 9> attribute_ty
      {"string", 0},
      {"v2f", 8}}};
 
-/// The number of channels in the value of an attribute: names with a zero byte and 16 bytes each,
-/// then a zero byte. None if it is damaged.
+/// The number of channels in the value of a `chlist` attribute. Each channel is a name, a zero byte
+/// and 16 bytes; a zero byte ends the list. Unset if the value is damaged.
 std::optional<int> channels_of(const std::string& value) {
   int channels = 0;
   std::size_t at = 0;
@@ -81,17 +79,16 @@ std::optional<int> channels_of(const std::string& value) {
   return at + 1 == value.size() ? std::optional(channels) : std::nullopt;
 }
 
-/// The rows of a compressed block, by the number of the compression in the file (OpenEXR, "File
-/// Layout").
+/// The most rows of a block with this number of a compression (OpenEXR, "File Layout").
 int block_rows(char compression) {
-  constexpr std::string_view single("\0\1\2", 3);  // none, run lengths, zip of single rows
+  constexpr std::string_view single("\0\1\2", 3);  // none, RLE, ZIP of single rows
   constexpr char dwab = 9;
   if (single.find(compression) != single.npos) return 1;
   return compression == dwab ? 256 : 32;
 }
 
-/// Checks the sizes in a file's header, because OpenEXR makes room for what it promises before it
-/// reads on. Throws SceneError.
+/// Checks the sizes in a file's header, because OpenEXR allocates the memory for them before it
+/// reads the data. Throws SceneError.
 void check_sizes(const std::filesystem::path& file) {
   constexpr std::uint32_t magic = 20000630, tiles_or_parts = 0x1a00;
   refine::FileReader reader(file);
@@ -123,7 +120,7 @@ void check_sizes(const std::filesystem::path& file) {
                rows = static_cast<double>(window[3]) - window[1] + 1.0;
   if (rows > max_rows_per_byte * bytes || 2.0 * columns * rows * channels > max_compression * bytes)
     fail(file, "the file is truncated");
-  // OpenEXR makes room for a whole block, even where the image has fewer rows.
+  // OpenEXR allocates a whole block, even if the image has fewer rows.
   if (4.0 * columns * rows_of_block * channels >
       std::max(small_block_bytes, max_compression * bytes))
     fail(file, "the file is truncated");
@@ -132,8 +129,7 @@ void check_sizes(const std::filesystem::path& file) {
 }  // namespace
 
 struct ImageReader::Open {
-  // The header is read before the buffers for its columns are made, which InputFile would do at
-  // once.
+  // This reads the header and, unlike InputFile, does not yet allocate buffers for the columns.
   explicit Open(const std::filesystem::path& path) : file(path.c_str(), 0) {}
   const Imf::Header& header() const { return file.header(0); }
 
@@ -145,7 +141,7 @@ struct ImageReader::Open {
 ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
   std::error_code unknown;
   if (!std::filesystem::exists(file, unknown)) fail(file, "the file is missing");
-  check_sizes(file);  // before OpenEXR opens it: it would wait for a named pipe without end
+  check_sizes(file);  // also refuses a named pipe, on which OpenEXR would wait without end
   try {
     open_ = std::make_unique<Open>(file);
     const Imf::Header& header = open_->header();

@@ -9,8 +9,8 @@
 
 namespace ensonify::engine {
 
-/// The image of one sonar in a run's folder (OpenEXR), read by rows. The file is not trusted: each
-/// fault throws SceneError with the file, what is wrong and what to do.
+/// Reads the image of one sonar in a run's folder (OpenEXR) by rows. The file is not trusted: all
+/// functions throw SceneError for a fault, with the file, what is wrong and what to do.
 class ImageReader {
  public:
   /// Opens a file and checks that it is complete.
@@ -21,13 +21,13 @@ class ImageReader {
 
   std::size_t rows() const;
   std::size_t columns() const;
-  /// The attribute of that name, which has to be there.
+  /// The attribute with this name. Throws SceneError if there is none.
   std::string text(const std::string& attribute) const;
   double number(const std::string& attribute) const;
-  /// The names of a layer of labels, by number: its attribute `class_names` or `sediment_names`.
+  /// A layer's names of labels, by number; `attribute` is `class_names` or `sediment_names`.
   std::vector<std::string> names(const std::string& attribute) const;
-  /// Fills `into` (one entry per layer) with `count` rows from `first` on: count * columns() values
-  /// per layer, as float.
+  /// Fills `into` (one vector per layer) with `count` rows from row `first` on: count * columns()
+  /// values per layer, as floats.
   void read(std::size_t first, std::size_t count, std::span<const std::string> layers,
             std::span<std::vector<float>> into);
 

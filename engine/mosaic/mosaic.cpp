@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <map>
 #include <optional>
@@ -30,34 +29,34 @@ using Eigen::Vector2d;
 using Box = Eigen::AlignedBox2d;
 
 constexpr std::size_t strip_pings = 64;
-constexpr double joined_spacings = 4.0;  // pings farther apart are not joined
-constexpr std::size_t max_lost = 16;     // pings without data between two that are joined
+constexpr double joined_spacings = 4.0;  // most usual spacings between two joined pings
+constexpr std::size_t max_lost = 16;     // most pings without data between two joined pings
 constexpr std::int64_t tile_px = 256;
-constexpr std::int64_t block_cells = 4096;  // along a side of a block
-constexpr std::int64_t max_cells = 4;       // along a side of a pixel
+constexpr std::int64_t block_cells = 4096;  // usual cells along a side of a block
+constexpr std::int64_t max_cells = 4;       // most cells along a side of a pixel
 constexpr double max_pixels = 1e11;
 
 /// One run of the mosaic.
 struct Line {
   RecordedRun run;
-  Vector2d offset_m = Vector2d::Zero();  // of its world origin from that of the first run
+  Vector2d offset_m = Vector2d::Zero();  // from the first run's world origin to this run's
   double spacing_m = 0.0;                // usual distance between rows
   double joined_m = 0.0;                 // rows farther apart are not joined
   std::vector<bool> recorded;            // by row: whether it shows any ground
-  std::vector<std::string> names;        // of the labels that are shown, by their number
-  std::vector<std::uint32_t> numbers;    // of these names in the mosaic
+  std::vector<std::string> names;        // of the shown labels, by their number in the run
+  std::vector<std::uint32_t> numbers;    // of these labels in the mosaic
   RangeLevels levels;
 };
 
-/// Neighbouring pings of a line, which are read together.
+/// Neighbouring pings of a line that are read together.
 struct Strip {
   std::size_t line = 0, begin = 0, end = 0;
-  Box reach;  // all ground that its pings can cover, local metres of the first run
+  Box reach;  // all ground that these pings can cover, local metres of the first run
 };
 
-/// The usual way from a row to the one that is `rows` rows later: half of all the way is made in
-/// steps of at most this length. So a vehicle that waits does not make it short. A jump, as between
-/// the lines of a survey, counts as a few mean steps only.
+/// The usual distance from a row to the row that is `rows` rows later: the median of these steps,
+/// weighted by their lengths, so that a waiting vehicle does not make it short. A long step, for
+/// example between the lines of a survey, has at most the weight of joined_spacings mean steps.
 double usual_step_m(const std::vector<MosaicPing>& pings, std::size_t rows) {
   std::vector<double> steps_m;
   double way_m = 0.0;
@@ -74,7 +73,7 @@ double usual_step_m(const std::vector<MosaicPing>& pings, std::size_t rows) {
   return 0.0;
 }
 
-/// The nearest of 1, 2 and 5 times a power of ten.
+/// The nearest (by ratio) of 1, 2 and 5 times a power of ten.
 double rounded(double size_m) {
   const double power = std::pow(10.0, std::floor(std::log10(size_m)));
   const auto error = [&](double factor) { return std::abs(std::log(factor * power / size_m)); };
@@ -90,19 +89,19 @@ PixelType pixel_type(const std::string& layer) {
   return value ? PixelType::value : PixelType::label;
 }
 
-/// The brightness of a level relative to the mean, as a picture shows it; 0 is no data.
+/// The pixel, from 1 to 255, for a level that is divided by the mean level, as a picture shows it.
 float brightness(float level) {
   const double amplitude = mid_amplitude * std::sqrt(static_cast<double>(level));
   return static_cast<float>(
       std::clamp(std::round(255.0 * std::pow(amplitude, Display().gamma)), 1.0, 255.0));
 }
 
-/// The attribute of a run's images that names the labels of a layer; empty: it has no names.
+/// The attribute of a run's images with the names of a layer's labels; empty: the layer has none.
 std::string attribute_of_names(const std::string& layer) {
   return layer == "class" || layer == "sediment" ? layer + "_names" : "";
 }
 
-/// Slant range of a bin over the sonar's height.
+/// Slant range of a bin divided by the sonar's height.
 double ratio(const RecordedRun& run, const MosaicPing& ping, std::size_t bin) {
   return (static_cast<double>(bin) + 0.5) * run.sonar.bin_m() / ping.height_m;
 }
@@ -174,7 +173,7 @@ class Mosaic {
     lines_.push_back(std::move(line));
   }
 
-  /// Gives labels of the same name the same number in all runs. Those of the first run stay.
+  /// Gives labels of the same name the same number in all runs. The first run keeps its numbers.
   void number_labels() {
     const std::string attribute = attribute_of_names(options_.layer);
     if (attribute.empty()) return;
@@ -205,9 +204,9 @@ class Mosaic {
         options_.block_px > 0 ? options_.block_px : block_cells / cells_ / tile_px * tile_px;
   }
 
-  /// Reads all pings once, to find where they lie and their mean levels.
+  /// Reads all pings once, to find their places and mean levels.
   void read_once() {
-    Box box_before;  // of the last ping that shows ground
+    Box box_before;  // of the last ping before that shows ground
     std::size_t done = 0;
     for (std::size_t s = 0; s < strips_.size(); ++s) {
       Strip& strip = strips_[s];
@@ -232,8 +231,8 @@ class Mosaic {
     for (Line& line : lines_) line.levels.finish();
   }
 
-  /// All places of a ping, with a margin for an end of a line. Those that are shown also extend the
-  /// mosaic.
+  /// The box around all places of a ping, with a margin for pings at the end of a line. Extends the
+  /// mosaic by the places that are shown.
   Box box_of(const Line& line, const ShownPing& ping) {
     const auto around = [&](const Vector2d& place) {
       const Vector2d margin = Vector2d::Constant(0.5 * line.spacing_m);
@@ -264,7 +263,7 @@ class Mosaic {
            (line.run.pings[a].place_m - line.run.pings[b].place_m).norm() <= line.joined_m;
   }
 
-  /// Chooses the grid: pixel edges at multiples of the pixel's size in the world.
+  /// Chooses the grid: pixel edges are at multiples of the pixel's size in world coordinates.
   void lay_out() {
     if (extent_.isEmpty())
       throw SceneError(fmt::format("{}: no ping of '{}' shows the bed, so there is nothing to map",
@@ -322,7 +321,7 @@ class Mosaic {
            report_.pixel_m * Vector2d(static_cast<double>(column), -static_cast<double>(row));
   }
 
-  /// The neighbour of a ping to which it is joined; none at an end of a line.
+  /// The next (or previous) ping to which a ping is joined; unset at an end of a line.
   static std::optional<std::size_t> neighbour(const Line& line, std::size_t ping, bool next) {
     std::size_t other = ping;
     for (;;) {
@@ -370,7 +369,7 @@ class Mosaic {
     return values;
   }
 
-  /// The number in the mosaic of a label of a run.
+  /// The mosaic's number of a label of a run.
   static float number_of(float label, const Line& line) {
     if (!(label >= 0.0f && label < static_cast<float>(line.numbers.size())))
       throw SceneError(fmt::format(
@@ -379,11 +378,11 @@ class Mosaic {
     return static_cast<float>(line.numbers[static_cast<std::size_t>(label)]);
   }
 
-  /// Draws one side of a ping halfway to a neighbour; without one, half of the usual spacing ahead
-  /// or astern. Each bin is drawn as two parts, from its edges to its place, so that it covers its
-  /// place even if the places of neighbours are not in order, as on a slope that faces the sonar
-  /// and on an object. There near bins cover far ones, because they are higher: seen from above,
-  /// what is higher covers what is lower.
+  /// Draws one side of a ping, up to halfway to a neighbour ahead (`next`) or astern; without a
+  /// neighbour, up to half of the usual spacing. Each bin is drawn as two parts, from its edges to
+  /// its centre. So it covers its centre even if the places of neighbouring bins are not in order,
+  /// as on an object or on a slope that faces the sonar. There nearer bins are higher, so they are
+  /// drawn last: seen from above, the higher place hides the lower place.
   void draw(const Line& line, std::size_t number, const PlacedSide& ground,
             const PlacedSide* neighbour, bool next, const std::vector<float>& values,
             Canvas& canvas) const {
@@ -396,8 +395,8 @@ class Mosaic {
       const Vector2d from_corner = (place + line.offset_m - corner_m_) / cell_m;
       return Vector2d(from_corner.x(), -from_corner.y());
     };
-    // The inner edges of both pings' first bins belong together, also if these are not the same
-    // bin: the edge of the other ping's bin may lie far behind, and would leave a gap.
+    // The inner edges of the first shown bins of both pings belong together, even if the bins have
+    // different numbers: the edge with this number may lie far behind in the other ping.
     const auto inner_edge = [](const PlacedSide& of) {
       return 2 * static_cast<std::size_t>(std::ranges::find(of.shown, true) - of.shown.begin());
     };
@@ -451,12 +450,12 @@ class Mosaic {
   PixelType type_;
   PingSource source_;
   std::vector<Line> lines_;
-  std::vector<std::string> names_;  // of the labels, by their number
+  std::vector<std::string> names_;  // of the labels, by their number in the mosaic
   std::vector<Strip> strips_;       // in the order of drawing
   std::int64_t cells_ = 1;          // along a side of a pixel
   std::int64_t block_px_ = 0;
-  Box extent_;                            // of what is shown, local metres of the first run
-  Vector2d corner_m_ = Vector2d::Zero();  // the grid's upper left corner, in the same metres
+  Box extent_;                            // of all shown places, local metres of the first run
+  Vector2d corner_m_ = Vector2d::Zero();  // the grid's upper left corner, in these metres
   MosaicReport report_;
 };
 

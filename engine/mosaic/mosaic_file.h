@@ -12,23 +12,26 @@
 
 #include <ensonify/refine/atomic_file.h>
 
+class GDALDataset;
+
 namespace ensonify::engine {
 
-/// The numbers of a GeoTIFF's pixels.
+/// The type of a GeoTIFF's pixels.
 enum class PixelType {
   brightness,  ///< 8 bits; 0 is no data
   value,       ///< float; NaN is no data
   label,       ///< 16 bits; 65535 is no data
 };
 
-/// A GeoTIFF of one band that is written block by block: tiles of 256 x 256 pixels, compressed
-/// without loss; blocks that are not written have no data and take no space. The file appears at
-/// finish(); without it nothing is left behind. Throws std::runtime_error if it cannot be written.
+/// A GeoTIFF of one band that is written block by block, in tiles of 256 x 256 pixels that are
+/// compressed without loss. Blocks that are not written have no data and take no space. finish()
+/// puts the file in place; without finish() the destructor removes it. All functions throw
+/// std::runtime_error if the file cannot be written.
 class MosaicFile {
  public:
-  /// `corner_m` is the upper left corner of the upper left pixel, east and north, in the world.
-  /// `reference` is the world's coordinate reference system as WKT; it may be empty. `texts` are
-  /// kept by name in the file's metadata.
+  /// `corner_m` is the upper left corner of the upper left pixel, east and north, in world
+  /// coordinates. `reference` is the coordinate reference system of the world coordinates as WKT;
+  /// it may be empty. `texts` become the file's metadata, by name.
   MosaicFile(const std::filesystem::path& file, std::int64_t columns, std::int64_t rows,
              const Eigen::Vector2d& corner_m, double pixel_m, PixelType type,
              const std::string& description, const std::string& reference,
@@ -37,19 +40,18 @@ class MosaicFile {
   MosaicFile(const MosaicFile&) = delete;
   MosaicFile& operator=(const MosaicFile&) = delete;
 
-  /// Writes columns x rows pixels from (left, top) on, row by row from the top; NaN is no data.
+  /// Writes columns x rows pixels from (left, top) on, row by row from the top; NaN: no data.
   void write(std::int64_t left, std::int64_t top, std::int64_t columns, std::int64_t rows,
              std::vector<float> pixels);
-  /// Adds overviews and puts the file in place. `progress` is called with the share that is done.
-  /// If it returns false, finish() returns false and leaves no file.
+  /// Adds overviews and puts the file in place. `progress` is called with the done share of the
+  /// overviews. If `progress` returns false, finish() returns false and leaves no file.
   bool finish(const std::function<bool(double share)>& progress);
 
  private:
-  struct Open;
   std::filesystem::path file_;
   PixelType type_;
   refine::NewFile new_file_;
-  std::unique_ptr<Open> open_;
+  std::unique_ptr<GDALDataset> dataset_;
 };
 
 }  // namespace ensonify::engine

@@ -1,6 +1,5 @@
 #include <ensonify/engine/mosaic/ping_source.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -24,7 +23,7 @@ std::vector<ShownPing> PingSource::read(const RecordedRun& run, std::size_t begi
   std::vector<ShownPing> pings;
   while (begin < end) {
     const std::uint32_t image = run.pings[begin].image;
-    std::size_t behind = begin;  // the first ping of another image
+    std::size_t behind = begin;  // becomes the first ping of the next image
     while (behind < end && run.pings[behind].image == image) ++behind;
     if (file_ != run.images[image]) {
       image_ = std::make_unique<ImageReader>(run.images[image]);
@@ -39,7 +38,7 @@ std::vector<ShownPing> PingSource::read(const RecordedRun& run, std::size_t begi
 }
 
 ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std::size_t row) const {
-  const Recorder recorder(run.sonar.receiver, 0.0, 0, 0.0, 0.0);  // only for its curve
+  const Recorder recorder(run.sonar.receiver, 0.0, 0, 0.0, 0.0);  // only its transfer curve is used
   const std::span<const Sector> sectors = run.sonar.sectors();
   const LineLayout layout(run.sonar);
   ShownPing result(sectors.size());
@@ -60,7 +59,7 @@ ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std:
     line.values = near_to_far(rows_[value_]);
     for (float& value : line.values)
       if (power_) {
-        // A damaged image may hold anything, also NaN.
+        // A damaged image may have any values, also NaN.
         const bool is_sample = value >= 0.0f && value <= static_cast<float>(recorder.full_scale());
         const double amplitude =
             is_sample ? recorder.amplitude(static_cast<std::uint32_t>(value)) : 0.0;

@@ -16,20 +16,20 @@ namespace ensonify::engine {
 struct ShownSide {
   PlacedSide ground;
   std::vector<float> values;  ///< by bin, near to far
-  std::vector<bool> lit;      ///< by bin: whether it is seabed or an object
+  std::vector<bool> lit;      ///< by bin: whether the bin shows seabed or an object
 };
 
-/// One per side that the sonar has, port first.
+/// The sides of one ping, one per sector of the sonar.
 using ShownPing = std::vector<ShownSide>;
 
-/// Reads pings of runs from their images and places them. It keeps one image open.
+/// Reads pings of runs from the runs' images and places them on the ground. Keeps one image open.
 class PingSource {
  public:
-  /// `layer` is one of mosaic_layers; for `brightness` the values are squared amplitudes over full
-  /// scale, after the recorder's gain.
+  /// `layer` is one of mosaic_layers. For `brightness` the values are squared amplitudes after the
+  /// recorder's gain, relative to full scale.
   PingSource(Positions positions, const std::string& layer);
 
-  /// Pings `begin` to `end` - 1 of a run. Throws SceneError for a damaged image.
+  /// Reads the pings [begin, end) of a run. Throws SceneError for a damaged image.
   std::vector<ShownPing> read(const RecordedRun& run, std::size_t begin, std::size_t end);
 
  private:
@@ -37,8 +37,8 @@ class PingSource {
 
   Positions positions_;
   bool power_;                       // whether samples become squared amplitudes
-  std::vector<std::string> layers_;  // x_m and y_m for the truth, the values, region
-  std::size_t value_;                // where the values are; with `region` they are the same
+  std::vector<std::string> layers_;  // x_m and y_m (only for the truth), the shown layer, region
+  std::size_t value_;                // place of the shown layer in layers_
   std::vector<std::vector<float>> rows_;
   std::filesystem::path file_;
   std::unique_ptr<ImageReader> image_;

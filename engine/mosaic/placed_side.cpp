@@ -8,8 +8,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr float farthest_m = 1e7f;   // from the origin; a place beyond is damage
-constexpr double close_share = 0.3;  // of the height
+constexpr float farthest_m = 1e7f;   // from the origin; farther places are from a damaged file
+constexpr double close_share = 0.3;  // of the height: distances from the track that are close
 
 bool is(float region, Region kind) { return region == static_cast<float>(kind); }
 
@@ -18,12 +18,12 @@ bool has_place(const GroundLayers& layers, std::size_t bin) {
          std::abs(layers.x_m[bin]) < farthest_m && std::abs(layers.y_m[bin]) < farthest_m;
 }
 
-/// Horizontally away from the array.
+/// The horizontal unit vector abeam of the sonar, away from the array.
 Eigen::Vector2d outwards(const MosaicPing& ping, const Sector& sector) {
   return sector.out * Eigen::Vector2d(std::cos(ping.heading_rad), -std::sin(ping.heading_rad));
 }
 
-/// Places from the truth. Entry k of the result is at the slant range k * bin / 2.
+/// Places from the true places of echoes. Entry k is the place at the slant range k * bin_m() / 2.
 std::vector<Eigen::Vector2d> true_places(const MosaicPing& ping, const Sonar& sonar,
                                          const Sector& sector, const GroundLayers& layers) {
   const std::size_t bins = layers.region.size();

@@ -6,10 +6,10 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double step = 0.02;       // of the logarithm: 2 % of the range
+constexpr double step = 0.02;       // of the ratio's logarithm: 2 % of the range
 constexpr std::size_t cells = 346;  // up to a ratio of 1000
 
-/// Where a ratio lies among the cells; cell i has its middle at i + 0.5.
+/// The place of a ratio among the cells; the middle of cell i is at i + 0.5.
 double cell_of(double ratio) {
   return std::clamp(std::log(ratio) / step, 0.0, static_cast<double>(cells) - 0.5);
 }
@@ -39,7 +39,7 @@ void RangeLevels::finish() {
       const auto nearest = std::ranges::min_element(
           filled, {}, [&](std::size_t other) { return other < i ? i - other : other - i; });
       side[i].level = nearest == filled.end() ? 1.0 : side[*nearest].level;
-      // Cells filled here are not in the list, so the order does not matter.
+      // Cells that are filled here are not in `filled`, so the order of cells does not matter.
     }
   }
 }

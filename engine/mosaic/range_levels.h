@@ -6,25 +6,26 @@
 
 namespace ensonify::engine {
 
-/// The mean level of each side of a sonar over slant range divided by height, a ratio that fixes
-/// the depression angle. Dividing by the mean level removes what depends on the range alone: beam,
-/// grazing angle and a gain that does not fit (empirical gain normalisation).
+/// The mean level of each side of a sonar over the ratio of slant range to height, which defines
+/// the depression angle over a level bed. Dividing a level by the mean level removes the effects of
+/// beam, grazing angle and a wrong gain over range (empirical gain normalisation).
 class RangeLevels {
  public:
   RangeLevels();
-  /// `side` is 0 or 1; `ratio` is slant range over height, infinite without a height.
+  /// `side` is 0 or 1; `ratio` is slant range divided by height, infinite if the height is 0.
   void add(std::size_t side, double ratio, double level);
-  /// To be called once, after all levels are added.
+  /// Call this once, after all levels are added and before mean().
   void finish();
-  /// Interpolated; where nothing was added, the nearest mean; 1 for a side without any.
+  /// The mean level, interpolated over the ratio. Where no level was added, it is the nearest mean;
+  /// it is 1 for a side without levels.
   double mean(std::size_t side, double ratio) const;
 
  private:
   struct Cell {
-    double level = 0.0;  // the sum, then the mean
+    double level = 0.0;  // the sum of levels; after finish() their mean
     double count = 0.0;
   };
-  std::array<std::vector<Cell>, 2> cells_;  // in equal steps of the ratio's logarithm
+  std::array<std::vector<Cell>, 2> cells_;  // by side, in equal steps of the ratio's logarithm
 };
 
 }  // namespace ensonify::engine

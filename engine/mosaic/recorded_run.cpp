@@ -114,7 +114,7 @@ std::string choose(const fs::path& folder, const std::string& wanted,
   return wanted.empty() ? sonars.front() : wanted;
 }
 
-/// Appends the pings of one image's table.
+/// Appends the pings of the images' tables to a run.
 class PingReader {
  public:
   PingReader(RecordedRun& run, Positions positions) : run_(run), positions_(positions) {}
@@ -145,9 +145,9 @@ class PingReader {
     }
   }
 
-  /// Spreads reports that several pings repeat over the time until the next report. After the last
-  /// one the sonar keeps its speed, for as long as it has gone without a report before. A ping has
-  /// a row for each beam; each beam has its own places.
+  /// Interpolates the rows that repeat a report, over the time until the next report. After the
+  /// last report the sonar keeps its speed for the longest time between two reports, and then
+  /// stops. A ping has a row for each beam, and the beams are interpolated separately.
   void interpolate_repeats() {
     const auto beams = static_cast<std::size_t>(run_.sonar.beams);
     for (std::size_t beam = 0; beam < beams; ++beam) interpolate_repeats(beam, beams);
@@ -169,15 +169,15 @@ class PingReader {
     return std::isnan(bin) ? 0.0 : (bin + 0.5) * run_.sonar.bin_m();
   }
 
-  /// Those of every `step`th row from row `begin` on.
+  /// Interpolates every `step`th row from row `begin` on.
   void interpolate_repeats(std::size_t begin, std::size_t step) {
     std::vector<MosaicPing>& pings = run_.pings;
     const auto repeats = [&](std::size_t i) {
       return pings[i].place_m == pings[i - step].place_m &&
              pings[i].heading_rad == pings[i - step].heading_rad;
     };
-    double longest_s = 0.0;     // without another report
-    std::size_t first = begin;  // of the rows with one report
+    double longest_s = 0.0;     // the longest time between two reports
+    std::size_t first = begin;  // the first of the rows with the same report
     for (std::size_t next = begin + step; next < pings.size(); next += step) {
       if (repeats(next)) continue;
       longest_s = std::max(longest_s, times_s_[next] - times_s_[first]);
@@ -191,7 +191,7 @@ class PingReader {
           at_time(std::min(times_s_[i], times_s_[first] + longest_s), i, first - step, first);
   }
 
-  /// Row i, placed at a time on the straight way between the reports of two other rows.
+  /// Row i, placed on the straight line through the reports of the rows `from` and `to`, at a time.
   MosaicPing at_time(double t_s, std::size_t i, std::size_t from, std::size_t to) const {
     const MosaicPing &a = run_.pings[from], &b = run_.pings[to];
     const double time_s = times_s_[to] - times_s_[from];
@@ -215,7 +215,7 @@ RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar,
   const ManifestContent manifest = read_manifest(folder);
   const Scene scene =
       parse_recipe_unchecked(manifest.scene, (folder / "manifest.json").string(), {});
-  std::vector<std::string> names, sonars;  // of each image; each once
+  std::vector<std::string> names, sonars;  // the sonar of each image; each sonar once
   for (const fs::path& image : manifest.images) {
     names.push_back(ImageReader(image).text("sonar"));
     if (std::ranges::find(sonars, names.back()) == sonars.end()) sonars.push_back(names.back());

@@ -14,9 +14,9 @@ namespace ensonify::engine {
 struct ArchiveWriter::Impl {
   std::string what;
   Write write;
-  std::exception_ptr refused;  // the first error of `write`
+  std::exception_ptr refused;  // the first exception of `write`
   bool abandoned = false;
-  // Last, because freeing it may call write_bytes().
+  // The last member, because its destructor may call write_bytes(), which uses the others.
   std::unique_ptr<archive, decltype(&archive_write_free)> output{archive_write_new(),
                                                                  archive_write_free};
 
@@ -35,11 +35,11 @@ struct ArchiveWriter::Impl {
     }
     check(archive_write_open(output.get(), this, nullptr, write_bytes, nullptr));
   }
-  // Freeing the archive writes the end mark, which an unfinished file must not get.
+  // Freeing `output` would write the end mark, which an unfinished file must not have.
   ~Impl() { abandoned = true; }
 
-  /// Keeps an error for check(): an exception must not pass through C code, and libarchive leaks
-  /// memory if the callback returns an error.
+  /// Keeps an exception for check(), because an exception must not pass through C code, and
+  /// libarchive leaks memory if this function returns an error.
   static la_ssize_t write_bytes(archive*, void* self, const void* data, std::size_t size) {
     Impl& impl = *static_cast<Impl*>(self);
     try {

@@ -14,10 +14,10 @@ enum class ArchiveFormat { ustar, zip };
 class ArchiveWriter {
  public:
   using Write = std::function<void(std::span<const std::byte>)>;
-  /// `write` receives the archive's bytes in order; `what` begins the messages of errors. Functions
+  /// `write` receives the archive's bytes in order; messages of errors begin with `what`. Functions
   /// throw what `write` throws, std::bad_alloc, and std::runtime_error if libarchive fails.
   ArchiveWriter(ArchiveFormat format, std::string what, Write write);
-  /// Writes nothing more: an archive without finish() has no end mark.
+  /// Writes nothing: an archive without finish() has no end mark.
   ~ArchiveWriter();
   ArchiveWriter(const ArchiveWriter&) = delete;
   ArchiveWriter& operator=(const ArchiveWriter&) = delete;

@@ -1,7 +1,5 @@
 #include <ensonify/engine/output/attributes.h>
 
-#include <string_view>
-
 #include <fmt/format.h>
 
 namespace ensonify::engine {

@@ -16,15 +16,14 @@
 
 namespace ensonify::engine {
 
-/// What a file of layers needs in addition to its image.
+/// What a file of layers needs in addition to its waterfall.
 struct ImageOrigin {
   /// World coordinates = world_origin + (x_m, y_m, z_m).
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   std::string scene_hash;
   LabelNames names;  ///< of the image's classes and sediments
   LayerEncoding encoding = {};
-  /// Makes the image's grey picture of 8 bits, with its pixels, for the preview in an EXR; empty:
-  /// no preview.
+  /// Makes the preview in an EXR, a grey picture of 8 bits with the image's pixels; empty: none.
   std::function<Picture()> preview = {};
 
   bool has_layer(std::string_view name) const {
@@ -41,8 +40,8 @@ struct Attribute {
 
 /// The attributes of every image file: row_order, sonar, frequency_hz, range_m, bins, full_scale
 /// (of a sample), world_origin_x_m, _y_m, _z_m, scene_hash, class_names and sediment_names (entry k
-/// names number k of the layer), `sides` (port or starboard; only for a sonar with one side), and
-/// units_LAYER for every layer of the file; of a part of a run also first_ping.
+/// names number k of the layer), `sides` (unless the sonar has both sides), `first_ping` (unless it
+/// is 0, in a later part of a run), and units_LAYER for every layer of the file.
 std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
 
 }  // namespace ensonify::engine

@@ -30,7 +30,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Collects what OpenEXR writes, and writes it in large pieces.
+/// Collects the bytes that OpenEXR writes, and writes them in large pieces.
 class ExrStream final : public Imf::OStream {
  public:
   explicit ExrStream(const refine::WriteAt& write_at) : Imf::OStream("EXR"), write_at_(write_at) {
@@ -47,7 +47,7 @@ class ExrStream final : public Imf::OStream {
     write_piece();
     place_ = place;
   }
-  /// OpenEXR ignores errors while it closes a file, so they are thrown here.
+  /// Throws an error of an earlier write, because OpenEXR ignores errors while it closes a file.
   void finish() { write_piece(); }
 
  private:
@@ -67,23 +67,15 @@ class ExrStream final : public Imf::OStream {
   static constexpr std::size_t piece_bytes = std::size_t{1} << 18;
   const refine::WriteAt& write_at_;
   std::vector<std::byte> piece_;
-  std::uint64_t place_ = 0;  // of the piece
+  std::uint64_t place_ = 0;  // of the piece in the file
   std::exception_ptr error_;
 };
 
-Imf::Compression compression(ExrCompression chosen) {
-  switch (chosen) {
-    case ExrCompression::none: return Imf::NO_COMPRESSION;
-    case ExrCompression::rle: break;
-    case ExrCompression::zip: return Imf::ZIP_COMPRESSION;
-    case ExrCompression::piz: return Imf::PIZ_COMPRESSION;
-  }
-  return Imf::RLE_COMPRESSION;
-}
-
 Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
   Imf::Header header(static_cast<int>(waterfall.columns()), static_cast<int>(waterfall.rows()));
-  header.compression() = compression(origin.encoding.exr_compression);
+  constexpr std::array compressions{Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                    Imf::PIZ_COMPRESSION};  // in the order of ExrCompression
+  header.compression() = compressions[static_cast<std::size_t>(origin.encoding.exr_compression)];
   for (const auto& [name, value] : image_attributes(waterfall, origin)) {
     if (const auto* text = std::get_if<std::string>(&value))
       header.insert(name, Imf::StringAttribute(*text));
@@ -97,8 +89,8 @@ Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
   return header;
 }
 
-/// The luminance of a waterfall's preview, in the layers' order of rows. Viewers turn linear values
-/// into those of sRGB (IEC 61966-2-1), and so show the grey levels of the picture.
+/// The luminance of a waterfall's preview, in the layers' order of rows. It is linear: viewers
+/// convert it to sRGB (IEC 61966-2-1) and then show the grey levels of the picture.
 std::vector<half> luminance(const Waterfall& waterfall, const Picture& picture) {
   std::array<half, 256> linear;
   for (std::size_t i = 0; i < linear.size(); ++i) {
@@ -119,8 +111,8 @@ std::vector<half> luminance(const Waterfall& waterfall, const Picture& picture) 
 
 static_assert(std::endian::native == std::endian::little, "as in the file");
 
-/// Writes the lines of a frame after the header, with a table of their places before them: the
-/// bytes that Imf::OutputFile writes with RLE compression, which takes most of its time.
+/// Writes the header, the table of the places of all lines, and the lines with RLE compression. The
+/// bytes are the same as those of Imf::OutputFile, whose RLE compression takes most of its time.
 void write_rle(ExrStream& stream, const Imf::Header& header, const Imf::FrameBuffer& frame,
                std::size_t rows) {
   const auto put = [&](const auto& values) {
@@ -172,7 +164,7 @@ void encode_exr(const Waterfall& waterfall, const ImageOrigin& origin,
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
-    // FrameBuffer is also used for reading, so it takes non-const data; OutputFile only reads it.
+    // FrameBuffer takes non-const data, because it is also for reading; OutputFile only reads it.
     char* data = reinterpret_cast<char*>(const_cast<Value*>(values.data()));
     header.channels().insert(std::string(name), Imf::Channel(type));
     frame.insert(std::string(name),

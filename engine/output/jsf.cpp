@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <initializer_list>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -24,15 +25,14 @@ double interval_s(const Recording& recording) {
   return 2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
 }
 
-/// Position, attitude and time. Offsets count from the end of the message header, within
-/// the sonar header of 240 B.
+/// Writes position, attitude and time. h + N is offset N in the sonar header of 240 bytes.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = jsf_message_header;
   // Validity bits: position, speed, heading, pitch and roll, altitude, depth, annotation, sound
-  // speed. The position is the sonar's own at the time of the ping ("interpolated"), not the ship's
-  // last fix.
+  // speed, and "interpolated": the position is that of the sonar at the time of the ping, and not
+  // the ship's last position fix.
   const bool over_bed = ping.altitude_m > 0.0;
-  bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x662D | (over_bed ? 0x40 : 0)));
+  bytes.put<std::uint16_t>(h + 30, 0x662D | (over_bed ? 0x40 : 0));
   constexpr double units = 60.0 * 1e4 / degree;  // units of 1e-4 arc minutes per radian
   bytes.put<std::int32_t>(h + 80, rounded<std::int32_t>(ping.place.longitude_rad * units));
   bytes.put<std::int32_t>(h + 84, rounded<std::int32_t>(ping.place.latitude_rad * units));
@@ -40,50 +40,46 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   bytes.put<std::int32_t>(h + 136, rounded<std::int32_t>(ping.depth_m * 1000.0));
   bytes.put<std::int32_t>(h + 144, rounded<std::int32_t>(ping.altitude_m * 1000.0));
   const auto hundredths = rounded<std::uint32_t>(ping.heading_rad / degree * 100.0) % 36000;
-  bytes.put<std::uint16_t>(h + 172, static_cast<std::uint16_t>(hundredths));
+  bytes.put<std::uint16_t>(h + 172, hundredths);
   constexpr double turns = 32768.0 / 180.0 / degree;
   bytes.put<std::int16_t>(h + 174, rounded<std::int16_t>(ping.pitch_rad * turns));
   bytes.put<std::int16_t>(h + 176, rounded<std::int16_t>(ping.roll_rad * turns));
 
   const CalendarTime time = calendar_time(ping.unix_ms);
-  bytes.put<std::int32_t>(
-      h, static_cast<std::int32_t>(std::floor(static_cast<double>(ping.unix_ms) / 1000.0)));
-  std::size_t at = h + 156;
-  for (const int value : {time.year, time.day_of_year, time.hour, time.minute, time.second}) {
-    bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
-    at += 2;
-  }
+  bytes.put<std::int32_t>(h, std::floor(static_cast<double>(ping.unix_ms) / 1000.0));
+  const auto put_words = [&](std::size_t at, std::initializer_list<int> values) {
+    for (const int value : values) {
+      bytes.put<std::int16_t>(at, value);
+      at += 2;
+    }
+  };
+  put_words(h + 156, {time.year, time.day_of_year, time.hour, time.minute, time.second});
   bytes.put<std::int16_t>(h + 166, 3);  // time basis: UTC
-  bytes.put<std::uint32_t>(h + 200, static_cast<std::uint32_t>(time.ms_of_day));
+  bytes.put<std::uint32_t>(h + 200, time.ms_of_day);
 
-  // The position fix has the same time.
-  at = h + 186;
-  for (const int value : {time.hour, time.minute, time.second}) {
-    bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
-    at += 2;
-  }
-  bytes.put<std::int16_t>(h + 196, static_cast<std::int16_t>(time.day_of_year));
-  bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
+  // The time of the position fix is the time of the ping.
+  put_words(h + 186, {time.hour, time.minute, time.second});
+  put_words(h + 196, {time.day_of_year, time.year});
 }
 
-/// JSF's numbers: 20 low frequency, 21 high, 22 very high; from 40 on it is not a sidescan sonar.
+/// The subsystem: 20 is low frequency, 21 high, 22 very high. From 40 on it is no sidescan sonar.
 std::uint8_t subsystem(int frequency_rank) {
   return static_cast<std::uint8_t>(20 + std::min(frequency_rank, 19));
 }
 
-/// The pulse length and the speed: milliseconds and tenths of a knot have their own fields;
-/// microseconds (bits 4 to 13) and hundredths of a knot (bits 0 to 3) share u16@20.
+/// Writes pulse length and speed. Milliseconds and tenths of a knot have separate fields. The word
+/// at offset 20 has microseconds (bits 4 to 13) and hundredths of a knot (bits 0 to 3).
 void put_pulse_length_and_speed(PackedBytes& bytes, double pulse_length_s, double speed_mps) {
   constexpr std::size_t h = jsf_message_header;
   const auto sweep_us = rounded<std::uint32_t>(1e6 * pulse_length_s);
   const auto hundredths_kn = rounded<std::uint32_t>(speed_mps / knot_mps * 100.0);
-  bytes.put<std::uint16_t>(h + 130, static_cast<std::uint16_t>(sweep_us / 1000));
-  bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));
-  bytes.put<std::uint16_t>(h + 20,
-                           static_cast<std::uint16_t>(sweep_us % 1000 << 4 | hundredths_kn % 10));
+  bytes.put<std::uint16_t>(h + 130, sweep_us / 1000);
+  bytes.put<std::int16_t>(h + 194, hundredths_kn / 10);
+  bytes.put<std::uint16_t>(h + 20, sweep_us % 1000 << 4 | hundredths_kn % 10);
 }
 
-/// Bits 16 to 19 of a value whose lower 16 bits have their own field; they share u16@16.
+/// Bits 16 to 19 of a value, as bits from `shift` on of the word at offset 16. (The lower 16 bits
+/// of the value have a separate field.)
 std::uint16_t more_bits(std::uint32_t value, int shift) {
   return static_cast<std::uint16_t>((value >> 16 & 0xfu) << shift);
 }
@@ -98,10 +94,10 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.put<std::uint8_t>(6, 2);  // normal data
   bytes.put<std::uint8_t>(7, subsystem(recording.frequency_rank));
   bytes.put<std::uint8_t>(8, side == Side::port ? 0 : 1);
-  bytes.put<std::int32_t>(12, static_cast<std::int32_t>(jsf_sonar_header + 2 * bins));
+  bytes.put<std::int32_t>(12, jsf_sonar_header + 2 * bins);
 
   put_navigation(bytes, ping);
-  bytes.put<std::uint32_t>(h + 8, static_cast<std::uint32_t>(ping.number));
+  bytes.put<std::uint32_t>(h + 8, ping.number);
   bytes.put<std::int16_t>(h + 28, 1);  // always 1
   bytes.put<std::int16_t>(h + 34, 0);  // envelope
   constexpr double ten_hz = 10.0;
@@ -109,18 +105,16 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
       std::max(0.0, recording.frequency_hz - 0.5 * recording.bandwidth_hz) / ten_hz);
   const auto high =
       rounded<std::uint32_t>((recording.frequency_hz + 0.5 * recording.bandwidth_hz) / ten_hz);
-  bytes.put<std::uint16_t>(
-      h + 16,
-      static_cast<std::uint16_t>(more_bits(low, 0) | more_bits(high, 4) | more_bits(bins, 8)));
-  bytes.put<std::uint16_t>(h + 114, static_cast<std::uint16_t>(bins));
-  bytes.put<std::uint16_t>(h + 126, static_cast<std::uint16_t>(low));
-  bytes.put<std::uint16_t>(h + 128, static_cast<std::uint16_t>(high));
+  bytes.put<std::uint16_t>(h + 16, more_bits(low, 0) | more_bits(high, 4) | more_bits(bins, 8));
+  bytes.put<std::uint16_t>(h + 114, bins);
+  bytes.put<std::uint16_t>(h + 126, low);
+  bytes.put<std::uint16_t>(h + 128, high);
   put_pulse_length_and_speed(bytes, recording.pulse_length_s, ping.speed_mps);
   bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s(recording) * 1e9));
   bytes.put<std::uint16_t>(  // the sample rate, modulo 65536 Hz
       h + 140, static_cast<std::uint16_t>(rounded<std::uint64_t>(1.0 / interval_s(recording))));
-  bytes.put<float>(h + 148, static_cast<float>(recording.sound_speed_mps));
-  bytes.put<float>(h + 152, static_cast<float>(recording.frequency_hz));
+  bytes.put<float>(h + 148, recording.sound_speed_mps);
+  bytes.put<float>(h + 152, recording.frequency_hz);
   bytes.put<std::uint16_t>(h + 120, 1);   // gain factor of the digitiser
   bytes.put<std::int16_t>(h + 122, 100);  // transmit level, percent
   const double gain_db = recording.gain_db[ping.row][static_cast<std::size_t>(side)];

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <memory>
 #include <new>
-#include <string_view>
-#include <system_error>
 #include <utility>
 
 #ifdef ENSONIFY_GEOGRAPHICLIB
@@ -43,8 +41,8 @@ std::string digits_of(XXH128_hash_t hash) {
 
 constexpr std::size_t block_bytes = 1 << 20;
 
-/// The hash of what is read block by block. `read` fills a block and returns how much it read:
-/// nothing at the end.
+/// The hash of bytes that are read in blocks. `read` fills a block and returns the number of bytes
+/// that it read; 0 at the end.
 template <class Read>
 std::string hash_of_blocks(Read&& read) {
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),

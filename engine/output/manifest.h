@@ -23,12 +23,12 @@ std::string xxh128(std::string_view text);
 /// The hash of a file's content. Throws std::system_error, with the file's name, if the file cannot
 /// be opened or read to its end.
 std::string xxh128_of_file(const std::filesystem::path& file);
-/// The record of a file in a folder; size and hash are of the same bytes. Throws as
+/// The record of a file in a folder, with size and hash of the same bytes. Throws as
 /// xxh128_of_file().
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name);
-/// The record of a file from `read_at`, with which refine::write_file() and write_staged() read a
-/// file back. So it describes the bytes that this process wrote, whatever others do in the folder.
-/// Throws what `read_at` throws.
+/// The record of a file that `read_at` reads. refine::write_file() and write_staged() pass a
+/// `read_at` that reads back the written file, so the record describes the bytes that this process
+/// wrote, even if other processes change the folder. Throws what `read_at` throws.
 FileRecord record_of(const std::string& name, const refine::ReadAt& read_at);
 
 /// Versions of the libraries that can affect the bytes of a result, as JSON.
@@ -36,9 +36,9 @@ std::string library_versions();
 /// This program's version, as "1.2.3".
 std::string_view program_version();
 
-/// Whether a file may be what a crash has left of a run's manifest.json (manifest_json() in
-/// part_record.h): it is empty, or has its beginning.
-/// Throws std::filesystem::filesystem_error if there is no such file.
+/// Whether a file can be the rest of a run's manifest.json (manifest_json() in part_record.h) after
+/// a crash: the file is empty, or it begins as a manifest does. Throws
+/// std::filesystem::filesystem_error if there is no such file.
 bool begins_as_manifest(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

@@ -14,7 +14,7 @@ namespace ensonify::engine {
 inline constexpr std::uint16_t ignored_class = 255;  ///< also in sediment masks
 inline constexpr std::uint16_t ignored_instance = max_labels;
 
-/// A picture of labels, the newest ping on top.
+/// A PNG picture of labels; the newest ping is on top.
 struct Mask {
   std::string name;  ///< class, sediment, instance or region
   std::vector<std::byte> png;
@@ -22,23 +22,23 @@ struct Mask {
 /// All masks of a picture.
 struct Masks {
   std::vector<Mask> files;
-  std::vector<std::uint16_t> class_numbers;  ///< of the class mask's pixels, each once, ascending
+  std::vector<std::uint16_t> class_numbers;  ///< in the class mask, each once, ascending
 };
 
 /// What the masks of an image show.
 struct MaskOptions {
   std::vector<std::uint32_t> ignored = {};  ///< numbers of instances
-  std::uint16_t shadow_class = 0;           ///< number of the shadows of instances; 0: no class
-  LabelNames names = {};                    ///< go into the files
+  std::uint16_t shadow_class = 0;           ///< for the shadows of instances; 0: no class
+  LabelNames names = {};                    ///< written into the files
 };
 
-/// Four masks of a waterfall's picture, with the numbers of its layers.
-/// class: of bed and objects; the shadow class in the shadows of instances; 0 elsewhere; 255
-/// without data, on ignored instances and in their shadows, if shadows are a class.
-/// sediment: of bed and objects; 255 elsewhere and on ignored instances.
-/// instance (16 bits): of objects and of the bed's features; 0 elsewhere; 65535 without data and
-/// on ignored instances.
-/// region: its number.
+/// Four masks of a waterfall's picture. Their pixels have the numbers of the waterfall's layers:
+/// class: the class on bed and objects; the shadow class in the shadows of instances; 255 without
+/// data, on ignored instances and, if shadows are a class, in their shadows; 0 elsewhere.
+/// sediment: the sediment on bed and objects; 255 elsewhere and on ignored instances.
+/// instance (16 bits): the instance on objects and on features of the bed; 65535 without data and
+/// on ignored instances; 0 elsewhere.
+/// region: the number of the region.
 /// The files of class, sediment and region have a text `names`, a JSON list: entry k is the name of
 /// number k. Throws std::invalid_argument for a class or sediment above 254.
 Masks encode_masks(const Waterfall& waterfall, const MaskOptions& options);

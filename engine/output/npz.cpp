@@ -22,8 +22,8 @@ void append(std::vector<std::byte>& bytes, std::span<const std::byte> more) {
   bytes.insert(bytes.end(), more.begin(), more.end());
 }
 
-/// NPY version 1.0: magic, header length, a Python dictionary padded so that the data begin at a
-/// multiple of 64 bytes.
+/// An array file, NPY version 1.0: magic, header length, a Python dictionary that is padded so that
+/// the data begin at a multiple of 64 bytes, and the data.
 std::vector<std::byte> npy(std::string_view type, std::string_view shape,
                            std::span<const std::byte> data) {
   std::string header =

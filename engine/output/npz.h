@@ -10,9 +10,9 @@
 
 namespace ensonify::engine {
 
-/// All layers of a waterfall as a NumPy archive: float32 and uint32 arrays of shape (pings,
-/// columns), named as the layers, and `attributes`, image_attributes() as a JSON string. Throws
-/// what `write_at` throws, std::bad_alloc, and std::runtime_error if libarchive fails.
+/// Writes the layers of a waterfall as a NumPy archive: float32 and uint32 arrays of shape (pings,
+/// columns) with the names of the layers, and `attributes`, a JSON string of image_attributes().
+/// Throws what `write_at` throws, std::bad_alloc, and std::runtime_error if libarchive fails.
 void encode_npz(const Waterfall& waterfall, const ImageOrigin& origin,
                 const refine::WriteAt& write_at);
 

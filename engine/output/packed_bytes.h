@@ -15,8 +15,7 @@ namespace ensonify::engine {
 static_assert(std::endian::native == std::endian::little,
               "values are copied unchanged into little-endian formats");
 
-/// Writes values of a packed little-endian format at given offsets. Bytes that are not written are
-/// 0.
+/// Writes values of a packed little-endian format at given offsets. All other bytes are 0.
 class PackedBytes {
  public:
   explicit PackedBytes(std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -26,8 +25,10 @@ class PackedBytes {
     start_ = bytes_.size();
     bytes_.resize(start_ + size);
   }
-  template <class T>
-  void put(std::size_t offset, T value) {
+  /// Writes a number as a T.
+  template <class T, class Number>
+  void put(std::size_t offset, Number number) {
+    const auto value = static_cast<T>(number);
     std::memcpy(bytes_.data() + start_ + offset, &value, sizeof value);
   }
   /// Writes a text into a field of `width` bytes. Cuts the text if it is too long: C programs need

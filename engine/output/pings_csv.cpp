@@ -23,7 +23,7 @@ std::string pings_csv(const Waterfall& waterfall) {
       "reported_roll_deg,reported_pitch_deg,reported_heading_deg,altitude_m,first_return_port,"
       "first_return_starboard,block,starved_port,starved_starboard,artefacts\n";
   for (const PingRow& ping : waterfall.pings) {
-    // The columns of both sides are always there.
+    // The table has the columns of both sides even if the sonar has one side.
     const LineRecord port = waterfall.line_of(ping, port_sector.name),
                      starboard = waterfall.line_of(ping, starboard_sector.name);
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{}\n", ping.number,

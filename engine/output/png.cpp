@@ -3,10 +3,8 @@
 #include <csetjmp>
 #include <cstring>
 #include <exception>
-#include <memory>
 #include <new>
 #include <stdexcept>
-#include <string>
 
 #include <png.h>
 #include <zlib.h>
@@ -19,7 +17,7 @@ bool is_grey_or_rgb(const PngFormat& format) {
          (format.bits == 8 || format.bits == 16);
 }
 
-/// libpng's structures for writing, and where the bytes go.
+/// libpng's structures for writing, and the receiver of the bytes.
 struct Writer {
   explicit Writer(std::function<void(std::span<const std::byte>)> its_sink)
       : sink(std::move(its_sink)) {}
@@ -31,11 +29,13 @@ struct Writer {
   png_structp png = nullptr;
   png_infop info = nullptr;
   std::string error;
-  std::exception_ptr thrown;  // by the sink; an exception must not pass through C code
+  std::exception_ptr thrown;  // by the sink: an exception must not pass through C code
 };
 
+/// For libpng: keeps the message in the Writer or the Reader, and leaves by longjmp.
+template <class Owner>
 void fail(png_structp png, png_const_charp message) {
-  static_cast<Writer*>(png_get_error_ptr(png))->error = message;
+  static_cast<Owner*>(png_get_error_ptr(png))->error = message;
   png_longjmp(png, 1);
 }
 
@@ -49,7 +49,8 @@ void take_bytes(png_structp png, png_bytep data, png_size_t size) {
   }
 }
 
-// These return false on an error. No local may have a destructor here: libpng leaves by longjmp.
+// The next functions return false on an error. On an error libpng leaves by longjmp, so no local
+// variable in them may have a destructor.
 
 bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>& texts) {
   if (setjmp(png_jmpbuf(writer.png))) return false;
@@ -59,14 +60,13 @@ bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>&
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(writer.png, 1);
   if (format.channels == 1) {
-    // Rows are stored as differences to the row above, and only runs of equal bytes are searched
-    // for: speckle has no other repetitions, and labels repeat the row above. That takes half the
-    // time of a search for all repetitions, and files are smaller (pictures 0.95 times, masks 0.6
-    // to 0.7 times).
+    // Rows are stored as differences from the row above, and zlib looks only for runs of equal
+    // bytes: speckle has no other repetitions, and labels repeat the row above. This takes half the
+    // time of a full search, and files are smaller (pictures 0.95 times, masks 0.6 to 0.7 times).
     png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
     png_set_compression_strategy(writer.png, Z_RLE);
   } else {
-    // The three bytes of a colour repeat: a search for them halves the file.
+    // The three bytes of a colour repeat; a search for such repetitions halves the file.
     png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   }
   if (!texts.empty())
@@ -103,7 +103,7 @@ PngWriter::PngWriter(const PngFormat& format, std::function<void(std::span<const
   if (!is_grey_or_rgb(format))
     throw std::invalid_argument("PngWriter: not a grey or RGB picture of 8 or 16 bits");
   Writer& writer = *impl_;
-  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail<Writer>, nullptr);
   if (writer.png) writer.info = png_create_info_struct(writer.png);
   if (!writer.info) throw std::bad_alloc();
   png_set_write_fn(writer.png, &writer, take_bytes, nullptr);
@@ -141,7 +141,7 @@ std::vector<std::byte> encode_png(const Picture& picture, const PngTexts& texts)
 
 namespace {
 
-/// libpng's structures for reading, and what it reads.
+/// libpng's structures for reading, and the bytes that are left to read.
 struct Reader {
   std::span<const std::byte> left;
   png_structp png = nullptr;
@@ -149,11 +149,6 @@ struct Reader {
   std::string error;
   ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
-
-void fail_reading(png_structp png, png_const_charp message) {
-  static_cast<Reader*>(png_get_error_ptr(png))->error = message;
-  png_longjmp(png, 1);
-}
 
 void give_bytes(png_structp png, png_bytep data, png_size_t size) {
   auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
@@ -182,7 +177,7 @@ bool read_row(Reader& reader, std::uint8_t* row) {
 
 Picture decode_png(std::span<const std::byte> bytes) {
   Reader reader{.left = bytes};
-  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, fail_reading, nullptr);
+  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, fail<Reader>, nullptr);
   if (reader.png) reader.info = png_create_info_struct(reader.png);
   if (!reader.info) throw std::bad_alloc();
   png_set_read_fn(reader.png, &reader, give_bytes);

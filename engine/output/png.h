@@ -13,13 +13,13 @@
 
 namespace ensonify::engine {
 
-/// Keywords and texts that describe a picture, in ASCII (tEXt chunks of a PNG).
+/// Keywords and texts about a picture, in ASCII (tEXt chunks of a PNG).
 using PngTexts = std::vector<std::pair<std::string, std::string>>;
 
 /// The most bytes of pixels per byte of a PNG: zlib's limit (zlib Technical Details).
 constexpr double max_png_compression = 1032.0;
 
-/// The size of a picture and of its pixels: grey or RGB, 8 or 16 bits per channel.
+/// The size of a picture and the kind of its pixels: grey or RGB, 8 or 16 bits per channel.
 struct PngFormat {
   std::size_t width = 0, height = 0;
   int channels = 1;
@@ -31,13 +31,11 @@ struct PngFormat {
   }
 };
 
-/// Writes a PNG row by row. The file has no date and no name of a computer, so equal pictures make
-/// equal files.
+/// Writes a PNG row by row, without date and name of a computer: equal pictures give equal files.
 class PngWriter {
  public:
-  /// Passes the file's bytes to `sink`, in order; an exception of `sink` reaches the caller. Throws
-  /// std::invalid_argument for an empty picture and for other channels or bits than those of
-  /// PngFormat.
+  /// Passes the file's bytes to `sink`, in order; exceptions of `sink` reach the caller. Throws
+  /// std::invalid_argument for an empty picture, and unless it is grey or RGB with 8 or 16 bits.
   PngWriter(const PngFormat& format, std::function<void(std::span<const std::byte>)> sink);
   ~PngWriter();
   PngWriter(const PngWriter&) = delete;
@@ -60,8 +58,7 @@ std::vector<std::byte> encode_png(const Picture& picture, const PngTexts& texts 
 /// Reads a PNG of the kinds that encode_png() writes. Throws std::runtime_error for other content.
 Picture decode_png(std::span<const std::byte> bytes);
 
-/// Numbers, row by row from the top, as a grey PNG with 16 bits. Throws what encode_png()
-/// throws.
+/// Numbers, row by row from the top, as a grey PNG with 16 bits. Throws as encode_png().
 std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels);
 
 }  // namespace ensonify::engine

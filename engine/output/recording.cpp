@@ -8,17 +8,16 @@
 
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
-#include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
 using std::numbers::pi;
-// In the open North Sea, away from real surveys.
+// A place in the open North Sea, away from real surveys.
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
-constexpr double counts_from_1970_s = 1e8;         // three years: no track is as long
+constexpr double counts_from_1970_s = 1e8;         // three years; no track is so long
 constexpr int max_bits = 15;                       // some readers use signed 16-bit numbers
 
 /// The recorder's samples, without the lowest bits beyond max_bits.
@@ -30,7 +29,7 @@ std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall) {
   return samples;
 }
 
-/// From local positions.
+/// The map from local positions, in metres, to places on Earth. `frame` must outlive it.
 PlaceOfMap place_of_local(const RecordingFrame& frame) {
   if (frame.origin)
     return [&](const Eigen::Vector2d& at) { return place_of_tangent(at, *frame.origin); };
@@ -45,7 +44,8 @@ PlaceOfMap place_of_local(const RecordingFrame& frame) {
   return [](const Eigen::Vector2d& at) { return place_of_tangent(at, usual_origin); };
 }
 
-/// The samples with columns for both sides alone; zeros for a side that the sonar does not have.
+/// The samples in the columns of a sonar with both sides: columns of other sectors are left out,
+/// and a side that the sonar lacks has zeros.
 std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
                                            std::vector<std::uint16_t> samples) {
   if (waterfall.sonar.sides == Sides::both) return samples;

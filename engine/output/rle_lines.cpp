@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t longest_run = 128, longest_copy = 127;
 constexpr std::size_t word_bits = 64;
 
-// Loops over bytes are plain and use no members, so that compilers turn them into vectors.
+// The loops over bytes use no members, so that compilers can vectorise them.
 
 void split_bytes(const std::byte* from, std::size_t pairs, std::uint8_t* even, std::uint8_t* odd) {
   for (std::size_t i = 0; i < pairs; ++i) {
@@ -27,7 +27,7 @@ void take_steps(const std::uint8_t* values, std::size_t count, std::uint8_t* ste
     steps[i] = static_cast<std::uint8_t>(values[i] - values[i - 1] + 128);
 }
 
-/// Marks the steps that the two behind them equal. Reads two steps beyond the last word of marks.
+/// Sets the bits of steps that equal the next two steps. Reads two steps beyond the last word.
 void mark_repeated(const std::uint8_t* steps, std::span<std::uint64_t> marks) {
   for (std::uint64_t& word : marks) {
     std::array<std::uint8_t, word_bits> equal;
@@ -43,7 +43,7 @@ void mark_repeated(const std::uint8_t* steps, std::span<std::uint64_t> marks) {
   }
 }
 
-/// The first place from `begin` on whose bit is set (or is not); `end` if there is none before it.
+/// The first place from `begin` on whose bit is `set`; `end` if there is none before `end`.
 template <bool set>
 std::size_t find_bit(std::span<const std::uint64_t> bits, std::size_t begin, std::size_t end) {
   std::size_t place = begin;
@@ -61,7 +61,7 @@ std::size_t find_bit(std::span<const std::uint64_t> bits, std::size_t begin, std
 RleLines::RleLines(std::size_t line_bytes)
     : bytes_(line_bytes),
       split_(bytes_),
-      // With room behind the line for whole words of marks, and for copies of fixed length.
+      // There is room behind the line for whole words of bits, and for copies of fixed length.
       steps_(bytes_ + std::max(word_bits + 2, longest_copy)),
       repeated_((bytes_ + word_bits - 1) / word_bits),
       packed_(bytes_ + bytes_ / longest_copy + 1 + longest_copy + 1) {
@@ -81,7 +81,7 @@ std::span<const std::byte> RleLines::pack() {
   if (added_ != bytes_) throw std::invalid_argument("RleLines: the line is not complete");
   added_ = 0;
   take_steps(split_.data(), bytes_, steps_.data());
-  // No run continues behind the line.
+  // The step behind the line differs from the last, so that no run continues behind the line.
   steps_[bytes_] = static_cast<std::uint8_t>(~steps_[bytes_ - 1]);
   mark_repeated(steps_.data(), repeated_);
 

@@ -14,7 +14,7 @@ namespace {
 
 using Words = std::array<std::uint32_t, 64>;
 
-/// The first 32 bits of the fractions of the roots of the first 64 primes (4.2.2 and 5.3.3).
+/// The first 32 bits of the fractions of roots of the first 64 primes (FIPS 180-4, 4.2.2, 5.3.3).
 Words fractions_of_roots(double (*root)(double)) {
   Words words{};
   std::size_t count = 0;
@@ -22,7 +22,7 @@ Words fractions_of_roots(double (*root)(double)) {
     bool prime = true;
     for (unsigned d = 2; d * d <= n && prime; ++d) prime = n % d != 0;
     if (!prime) continue;
-    // Doubles hold 8 more bits than these roots need, which are below 18.
+    // A root is below 18 and needs 5 + 32 bits; a double has 53.
     const double fraction = root(n) - std::floor(root(n));
     words[count++] = static_cast<std::uint32_t>(fraction * 0x1p32);
   }
@@ -80,7 +80,7 @@ std::string sha256(std::string_view bytes) {
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   std::size_t at = 0;
   for (; at + 64 <= bytes.size(); at += 64) hash.add(data + at);
-  // The rest, a set bit, zeros, and the length in bits (5.1.1).
+  // The last blocks: the rest of the bytes, a set bit, zeros, and the length in bits (5.1.1).
   std::string rest(bytes.substr(at));
   rest += '\x80';
   rest.append((120 - rest.size() % 64) % 64, '\0');

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Removes a folder. `between` is called before each file: a disk may need a millisecond for one.
+/// Removes a folder. `between` is called before each file: a disk may need a millisecond per file.
 void remove_folder(const fs::path& folder, const std::function<void()>& between) {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
@@ -48,14 +48,15 @@ std::optional<Claim> Claim::try_take(const fs::path& lock_file) {
                       lock_file.string()));
     Claim claim(lock_file, descriptor);
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-      const bool held_elsewhere = errno == EWOULDBLOCK;
-      // Closed here: the destructor would remove the holder's file.
-      if (held_elsewhere) ::close(std::exchange(claim.descriptor_, -1));
-      if (held_elsewhere) return std::nullopt;
+      if (errno == EWOULDBLOCK) {
+        // Closed here, because the destructor would remove the lock file of the holder.
+        ::close(std::exchange(claim.descriptor_, -1));
+        return std::nullopt;
+      }
       claim.exclusive_ = false;
       return claim;
     }
-    // The former holder may have removed the file between open() and flock().
+    // The holder before may have removed the file between open() and flock().
     struct stat ours {
     }, there{};
     if (::fstat(descriptor, &ours) == 0 && ::stat(lock_file.c_str(), &there) == 0 &&
@@ -83,7 +84,8 @@ fs::path StagingFolder::lock_of(const fs::path& place) {
 std::optional<Claim> StagingFolder::try_claim(const fs::path& place,
                                               const std::function<void()>& between) {
   std::optional<Claim> claim = Claim::try_take(lock_of(place));
-  if (claim && claim->exclusive()) remove_left_behind(place, between);
+  if (claim && claim->exclusive())
+    for (const fs::path& folder : left_behind(place)) remove_folder(folder, between);
   return claim;
 }
 
@@ -107,11 +109,6 @@ std::set<std::string> StagingFolder::places_with_remains(const fs::path& folder)
   return places;
 }
 
-void StagingFolder::remove_left_behind(const fs::path& place,
-                                       const std::function<void()>& between) {
-  for (const fs::path& folder : left_behind(place)) remove_folder(folder, between);
-}
-
 Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>& waiting) {
   while (true) {
     if (std::optional<Claim> claim = try_claim(place, waiting)) return std::move(*claim);
@@ -130,7 +127,7 @@ StagingFolder::StagingFolder(const fs::path& place) : place_(place) {
           error,
           folder_.string() + ": cannot make this folder; choose a place that you may write to");
   }
-  // Whatever the umask, so that it can be filled, synced and removed.
+  // With any umask the owner must be able to write files into the folder and to remove them.
   fs::permissions(folder_, fs::perms::owner_all, fs::perm_options::add);
 }
 
@@ -144,8 +141,7 @@ void StagingFolder::remove(const std::function<void()>& between) {
 }
 
 void StagingFolder::put_in_place() {
-  if (!refine::put_in_place(folder_, place_)) return;
-  folder_.clear();
+  if (refine::put_in_place(folder_, place_)) folder_.clear();
 }
 
 }  // namespace ensonify::engine

@@ -21,10 +21,6 @@ TarFile::TarFile(const std::filesystem::path& file)
       archive_(ArchiveFormat::ustar, file.string(),
                [this](std::span<const std::byte> bytes) { file_.write(bytes); }) {}
 
-void TarFile::add(const std::string& name, std::span<const std::byte> content) {
-  archive_.add(name, content);
-}
-
 void TarFile::finish() {
   archive_.finish();
   file_.commit();
@@ -32,7 +28,7 @@ void TarFile::finish() {
 
 bool is_whole_tar(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return false;
-  std::array<std::byte, 1024> end{};  // two blocks
+  std::array<std::byte, 1024> end{};  // a tar ends with two blocks of zeros
   refine::FileReader in(file);
   in.require_open();
   if (in.bytes() < end.size()) return false;
@@ -65,7 +61,7 @@ void read_tar(const std::filesystem::path& file,
     std::vector<std::byte> content(static_cast<std::size_t>(size));
     check(archive_read_data(tar.get(), content.data(), content.size()) == size);
     const char* const name = archive_entry_pathname(entry);
-    check(name != nullptr);  // none if it is not in the locale's encoding
+    check(name != nullptr);  // null if the name is not in the locale's encoding
     f(name, std::move(content));
   }
   check(result == ARCHIVE_EOF);

@@ -12,13 +12,15 @@
 
 namespace ensonify::engine {
 
-/// Writes a tar (ustar) without times or owners. The file has its final name only after finish().
+/// Writes a tar file (ustar) without times or owners. The file gets its final name in finish().
 class TarFile {
  public:
   explicit TarFile(const std::filesystem::path& file);
   /// Throws std::system_error if the file cannot be written, std::runtime_error for a name that
   /// does not fit into a tar header.
-  void add(const std::string& name, std::span<const std::byte> content);
+  void add(const std::string& name, std::span<const std::byte> content) {
+    archive_.add(name, content);
+  }
   void finish();
 
  private:
@@ -26,12 +28,11 @@ class TarFile {
   ArchiveWriter archive_;
 };
 
-/// Whether the file exists and ends with the zeros that end a tar. One that was cut short does not.
-/// Throws std::system_error if that cannot be read.
+/// Whether the file exists and ends with the zeros that end a tar. A tar that was cut short does
+/// not end with them. Throws std::system_error if the file cannot be read.
 bool is_whole_tar(const std::filesystem::path& file);
 
-/// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file
-/// is damaged.
+/// Calls f for each member, in order. Throws std::runtime_error with the name of a damaged file.
 void read_tar(
     const std::filesystem::path& file,
     const std::function<void(const std::string& name, std::vector<std::byte> content)>& f);

@@ -1,7 +1,5 @@
 #include <ensonify/engine/output/targets_json.h>
 
-#include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/base/json_text.h>
@@ -16,7 +14,7 @@ constexpr double degrees_per_radian = 1.0 / degree;
 
 Json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// `rows` and `columns` are those of the picture.
+/// `rows` and `columns` are the size of the picture.
 Json outline_json(const Outline& outline, std::size_t rows, std::size_t columns) {
   if (outline.area_px == 0) return nullptr;
   Json polygons = Json::array();
@@ -36,7 +34,7 @@ Json outline_json(const Outline& outline, std::size_t rows, std::size_t columns)
   return json;
 }
 
-/// `rows` and `columns` are those of the picture.
+/// `rows` and `columns` are the size of the picture.
 Json target_json(const TargetRecord& record, std::size_t rows, std::size_t columns) {
   const Target& target = record.target;
   Json json = {{"instance", target.instance},

@@ -18,9 +18,7 @@ namespace {
 constexpr std::size_t file_header = 1024, channel_info = 128, ping_header = 256,
                       channel_header = 64, packet_multiple = 64;
 
-float as_float(double value) { return static_cast<float>(value); }
-
-/// Rounded and clamped to a field of 16 bits.
+/// The value, rounded and clamped to 16 bits.
 std::uint16_t as_word(double value) {
   return static_cast<std::uint16_t>(
       std::lround(std::clamp(value, 0.0, double(std::numeric_limits<std::uint16_t>::max()))));
@@ -30,18 +28,18 @@ void add_channel_info(PackedBytes& bytes, std::size_t channel, std::string_view 
                       const Recording& recording) {
   const std::size_t side = channel % 2;  // port, starboard
   const std::size_t at = 256 + channel_info * channel;
-  bytes.put<std::uint8_t>(at, static_cast<std::uint8_t>(1 + side));
-  bytes.put<std::uint8_t>(at + 1, static_cast<std::uint8_t>(channel));
+  bytes.put<std::uint8_t>(at, 1 + side);
+  bytes.put<std::uint8_t>(at + 1, channel);
   bytes.put<std::uint16_t>(at + 2, 1);  // slant range
   bytes.put<std::uint16_t>(at + 4, 1);  // unipolar
   bytes.put<std::uint16_t>(at + 6, 2);  // bytes per sample
-  bytes.put<std::uint32_t>(at + 8, static_cast<std::uint32_t>(recording.bins));
+  bytes.put<std::uint32_t>(at + 8, recording.bins);
   bytes.text(at + 12, 16, name);
   bytes.put<float>(at + 28, 5.0f);  // volts
-  bytes.put<float>(at + 32, as_float(recording.frequency_hz / 1000.0));
-  bytes.put<float>(at + 36, as_float(recording.beamwidth_rad / degree));
-  bytes.put<float>(at + 40, as_float(recording.tilt_rad[side] / degree));
-  bytes.put<float>(at + 44, as_float(recording.vertical_beamwidth_rad / degree));
+  bytes.put<float>(at + 32, recording.frequency_hz / 1000.0);
+  bytes.put<float>(at + 36, recording.beamwidth_rad / degree);
+  bytes.put<float>(at + 40, recording.tilt_rad[side] / degree);
+  bytes.put<float>(at + 44, recording.vertical_beamwidth_rad / degree);
   bytes.put<std::uint8_t>(at + 74, 3);  // unsigned, 16 bits
 }
 
@@ -58,8 +56,8 @@ void add_file_header(PackedBytes& bytes, std::span<const Recording> sonars) {
              fmt::format("ensonify {}; place and attitude are the sonar's own", program_version()));
   bytes.put<std::uint16_t>(34, 0);  // sonar type: not in the list
   bytes.text(100, 64, sonars.front().file + ".xtf");
-  bytes.put<std::uint16_t>(164, 3);  // positions are latitudes and longitudes
-  bytes.put<std::uint16_t>(166, static_cast<std::uint16_t>(2 * sonars.size()));  // channels
+  bytes.put<std::uint16_t>(164, 3);                  // positions are latitudes and longitudes
+  bytes.put<std::uint16_t>(166, 2 * sonars.size());  // channels
   for (std::size_t channel = 0; channel < 2 * sonars.size(); ++channel) {
     const Recording& recording = sonars[channel / 2];
     add_channel_info(bytes, channel,
@@ -71,18 +69,18 @@ void add_file_header(PackedBytes& bytes, std::span<const Recording> sonars) {
 
 void put_time(PackedBytes& bytes, std::int64_t unix_ms) {
   const CalendarTime time = calendar_time(unix_ms);
-  bytes.put<std::uint16_t>(14, static_cast<std::uint16_t>(time.year));
-  int at = 16;
+  bytes.put<std::uint16_t>(14, time.year);
+  std::size_t at = 16;
   for (const int value : {time.month, time.day, time.hour, time.minute, time.second, time.ms / 10})
-    bytes.put<std::uint8_t>(static_cast<std::size_t>(at++), static_cast<std::uint8_t>(value));
-  bytes.put<std::uint16_t>(22, static_cast<std::uint16_t>(time.day_of_year));
-  bytes.put<std::uint32_t>(224, static_cast<std::uint32_t>(time.ms_of_day));
+    bytes.put<std::uint8_t>(at++, value);
+  bytes.put<std::uint16_t>(22, time.day_of_year);
+  bytes.put<std::uint32_t>(224, time.ms_of_day);
 }
 
-/// Heading in degrees. North is 360, because some readers take an attitude of zeros as missing.
+/// Heading in degrees. North is 360, because some readers treat an attitude of zeros as missing.
 float heading_deg(double heading_rad) {
   constexpr float rounding_deg = 1e-6f;
-  const float degrees = as_float(heading_rad / degree);
+  const auto degrees = static_cast<float>(heading_rad / degree);
   return degrees < rounding_deg ? 360.0f : degrees;
 }
 
@@ -93,22 +91,22 @@ void add_channel(PackedBytes& bytes, std::size_t at, std::size_t channel,
   const FullScale& full_scale = recording.full_scale[static_cast<std::size_t>(ping.beam)];
   const double row_m =
       ping.speed_mps * ping.interval_s / static_cast<double>(recording.full_scale.size());
-  bytes.put<std::uint16_t>(at, static_cast<std::uint16_t>(channel));
-  bytes.put<float>(at + 4, as_float(recording.range_m));
-  bytes.put<float>(at + 16, as_float(two_way_s));
-  bytes.put<float>(at + 20, as_float(two_way_s));
+  bytes.put<std::uint16_t>(at, channel);
+  bytes.put<float>(at + 4, recording.range_m);
+  bytes.put<float>(at + 16, two_way_s);
+  bytes.put<float>(at + 20, two_way_s);
   bytes.put<std::uint16_t>(at + 24, 4);  // time-varied gain was applied
   bytes.put<std::uint16_t>(at + 26, as_word(recording.frequency_hz / 1000.0));
   bytes.put<std::uint16_t>(at + 28, as_word(full_scale.near_db - gain_db));
   bytes.put<std::uint16_t>(at + 30, as_word(full_scale.far_db - gain_db));
   bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
-  bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
-  bytes.put<float>(at + 54, as_float(row_m * 100.0));  // cm along the track
+  bytes.put<std::uint32_t>(at + 42, recording.bins);
+  bytes.put<float>(at + 54, row_m * 100.0);  // cm along the track
   bytes.samples(at + channel_header,
                 recording.side(ping.row, channel % 2 == 0 ? Side::port : Side::starboard));
 }
 
-/// Numbers of sonars with the same navigation.
+/// Indices of sonars with the same navigation.
 using SonarGroup = std::vector<std::size_t>;
 
 std::vector<SonarGroup> groups_by_navigation(std::span<const Recording> sonars) {
@@ -135,20 +133,20 @@ void add_packet(PackedBytes& bytes, std::span<const Recording> sonars, const Son
   bytes.begin(padded);
   bytes.put<std::uint16_t>(0, 0xFACE);
   bytes.put<std::uint8_t>(2, 0);  // sonar
-  bytes.put<std::uint8_t>(3, static_cast<std::uint8_t>(ping.beam));
-  bytes.put<std::uint16_t>(4, static_cast<std::uint16_t>(2 * group.size()));  // channels to follow
-  bytes.put<std::uint32_t>(10, static_cast<std::uint32_t>(padded));
+  bytes.put<std::uint8_t>(3, ping.beam);
+  bytes.put<std::uint16_t>(4, 2 * group.size());  // channels to follow
+  bytes.put<std::uint32_t>(10, padded);
   put_time(bytes, ping.unix_ms);
-  bytes.put<std::uint32_t>(28, static_cast<std::uint32_t>(ping.number));
-  bytes.put<float>(32, as_float(0.5 * recording.sound_speed_mps));
-  bytes.put<float>(72, as_float(recording.sound_speed_mps));
-  bytes.put<float>(152, as_float(ping.speed_mps / knot_mps));
+  bytes.put<std::uint32_t>(28, ping.number);
+  bytes.put<float>(32, 0.5 * recording.sound_speed_mps);
+  bytes.put<float>(72, recording.sound_speed_mps);
+  bytes.put<float>(152, ping.speed_mps / knot_mps);
   bytes.put<double>(160, ping.place.latitude_rad / degree);
   bytes.put<double>(168, ping.place.longitude_rad / degree);
-  bytes.put<float>(192, as_float(ping.depth_m));
-  bytes.put<float>(196, as_float(ping.altitude_m));
-  bytes.put<float>(204, as_float(ping.pitch_rad / degree));
-  bytes.put<float>(208, as_float(ping.roll_rad / degree));
+  bytes.put<float>(192, ping.depth_m);
+  bytes.put<float>(196, ping.altitude_m);
+  bytes.put<float>(204, ping.pitch_rad / degree);
+  bytes.put<float>(208, ping.roll_rad / degree);
   bytes.put<float>(212, heading_deg(ping.heading_rad));
   std::size_t at = ping_header;
   for (const std::size_t k : group)

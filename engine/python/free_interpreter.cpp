@@ -14,7 +14,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Both are read and written with the interpreter's lock held.
+// Both are used only by threads that hold the interpreter's lock.
 std::optional<std::thread::id> ends_in;  // the thread that ends the interpreter
 int running = 0;
 
@@ -60,7 +60,7 @@ void add_ending(py::module_&) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }));
-  // A child of fork() has only the thread that called it.
+  // The child of a fork() has only the thread that called fork().
   pthread_atfork(nullptr, nullptr, [] { running = 0; });
 }
 

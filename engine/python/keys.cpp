@@ -7,7 +7,6 @@
 
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/scene/keys/key_text.h>
-#include <ensonify/engine/simulator/prepare.h>
 
 namespace ensonify::python {
 namespace {
@@ -16,7 +15,7 @@ std::string type_name(const py::handle& value) {
   return py::str(py::type::of(value).attr("__name__")).cast<std::string>();
 }
 
-/// A mapping as a dict. Throws TypeError that names what holds it.
+/// A Python mapping as a dict. `name` is its name in the TypeError for another value.
 py::dict dict_of(const py::handle& value, std::string_view name) {
   if (value.is_none()) return {};
   if (!py::hasattr(value, "keys"))
@@ -26,7 +25,7 @@ py::dict dict_of(const py::handle& value, std::string_view name) {
       py::module_::import("builtins").attr("dict")(value).release());
 }
 
-/// A Python string as UTF-8, which has no half of a surrogate pair. Throws ValueError for such.
+/// A Python string as UTF-8. Throws ValueError for half of a surrogate pair.
 std::string utf8_of(const py::handle& text) {
   py::ssize_t size = 0;
   const char* bytes = PyUnicode_AsUTF8AndSize(text.ptr(), &size);
@@ -37,15 +36,15 @@ std::string utf8_of(const py::handle& text) {
                   py::reinterpret_steal<py::str>(PyObject_ASCII(text.ptr())).cast<std::string>()));
 }
 
-/// What a Python object is as a TOML value, tables on one line. `path` is its key. Throws
-/// ValueError for a value that is too deep, TypeError for one that no scene holds.
+/// A Python object as a TOML value, with tables on one line. `path` is its key. Throws ValueError
+/// for a value that is nested too deeply, TypeError for a value that no scene has.
 std::string toml_of(const py::handle& value, const std::string& path, int depth = 0) {
-  if (depth > most_levels)  // one that holds itself has no end
+  if (depth > most_levels)  // a list that contains itself has no end
     throw py::value_error(fmt::format("'{}' has values more than {} deep in each other",
                                       path.substr(0, path.find('.')), most_levels));
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
   if (py::isinstance<py::str>(value)) return toml_string(utf8_of(value));
-  if (py::hasattr(value, "tolist"))  // NumPy's
+  if (py::hasattr(value, "tolist"))  // an array or a number of NumPy
     return toml_of(value.attr("tolist")(), path, depth + 1);
   std::string text;
   const auto append = [&](const std::string& item) { text += (text.empty() ? "" : ", ") + item; };

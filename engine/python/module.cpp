@@ -11,13 +11,14 @@
 namespace ensonify::python {
 namespace {
 
-/// The text may name a path, whose bytes need not be UTF-8 and may control a terminal.
+/// Sets the Python error. The text may contain a path, whose bytes need not be UTF-8 and may
+/// control a terminal, so it is made printable.
 void raise(const py::handle& type, const std::exception& error) {
   PyErr_SetString(type.ptr(), refine::printable(error.what()).c_str());
 }
 
-/// Exceptions of this C++ class, and of those derived from it that no later call names, become the
-/// Python type.
+/// Exceptions of this C++ class become the Python type, as do those of derived classes for which no
+/// later call sets another type.
 template <class Exception>
 void translate(const py::handle& type) {
   static py::handle python_type;
@@ -41,7 +42,7 @@ py::object add_exception(py::module_& module, const char* name, const py::handle
   return type;
 }
 
-/// The exceptions. Those of C++ that have no class here become an Error.
+/// Adds the exceptions. A C++ exception derived from Error without a class here becomes an Error.
 void add_exceptions(py::module_& module) {
   translate<std::system_error>(PyExc_RuntimeError);
   translate<std::invalid_argument>(PyExc_ValueError);
@@ -66,7 +67,7 @@ using namespace ensonify::python;
 
 PYBIND11_MODULE(_ensonify, module) {
   py::options options;
-  options.disable_function_signatures();  // the docstrings have Python's own
+  options.disable_function_signatures();  // the docstrings have signatures of Python
   add_ending(module);
   add_exceptions(module);
   module.attr("layers") = layer_names();

@@ -1,7 +1,7 @@
 #pragma once
 
-// The Python module: what simulate.h and run.h offer, with NumPy arrays over the same memory. Each
-// source adds one part of it.
+// The Python module: the functions of simulate.h and run.h. Its NumPy arrays use the memory of C++.
+// Each source file adds one part of the module.
 
 #include <filesystem>
 #include <functional>
@@ -24,18 +24,18 @@ namespace py = pybind11;
 namespace fs = std::filesystem;
 using namespace engine;
 
-/// The keys of a mapping with their values as TOML. `name` stands for it in messages.
+/// The keys of a Python mapping, with values as TOML. `name` is the mapping's name in messages.
 std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name);
 
-/// The scene that a path or a mapping gives, with keys changed.
+/// The scene of a path or a mapping, with changed keys.
 SessionScene scene_of(const py::object& given, const py::object& keys, const fs::path& data);
 
 /// Releases the interpreter's lock while it exists, so that other threads can run Python.
 ///
-/// When the interpreter ends, a thread that takes the lock again is ended inside of C++, which
-/// aborts the program. So the interpreter first waits until no thread has an object of this class.
-/// A thread that makes one after that waits until the process is gone, as Python's own threads do;
-/// the thread that ends the interpreter does not wait.
+/// After the interpreter has ended, Python ends a thread that takes the lock again. If that happens
+/// inside C++, the program aborts. So the interpreter first waits until no thread has an object of
+/// this class. A thread that makes such an object later waits until the process is gone, as
+/// Python's own threads do. The thread that ends the interpreter does not wait.
 class FreeInterpreter {
  public:
   FreeInterpreter();
@@ -46,24 +46,24 @@ class FreeInterpreter {
  private:
   PyThreadState* state_;
 };
-/// Throws what a signal's handler throws, and std::runtime_error in a thread that the interpreter's
-/// end waits for. Needs the lock.
+/// Throws what a signal's handler throws, and std::runtime_error in a thread for which the ending
+/// interpreter waits. The caller must have the interpreter's lock.
 void check_interpreter();
-/// For Preparation::stop_check: calls check_interpreter(), at most every 50 ms. Takes the
-/// interpreter's lock.
+/// For Preparation::stop_check: a function that takes the interpreter's lock and calls
+/// check_interpreter(), at most every 50 ms.
 std::function<void()> interpreter_check();
 
-/// The folder for analysed seafloors: this one, or the default.
+/// The folder for analysed seafloors: `cache`, or the default folder.
 fs::path cache_of(const std::optional<fs::path>& cache);
 
-/// A line that Python owns.
+/// An echo line that Python owns.
 struct Line {
   std::string sonar;
   std::string_view sector_name;
   EchoLine line;
 };
 
-/// Whether Python has objects of the class. True for each class of this module.
+/// Whether Python has objects of a C++ class. Each class of this module sets it to true.
 template <class T>
 inline constexpr bool is_class_of_module = false;
 template <>
@@ -71,8 +71,8 @@ inline constexpr bool is_class_of_module<Pose> = true;
 template <>
 inline constexpr bool is_class_of_module<Line> = true;
 
-/// Refuses to pickle and to copy objects of a class. (pybind11 ends the program if it is asked for
-/// the oldest of pickle's protocols.)
+/// Objects of the class then refuse to be pickled and copied. (Without this, pybind11 ends the
+/// program if it is asked for pickle's oldest protocol.)
 template <class T>
 void refuse_pickle(py::class_<T>& type, const char* remedy) {
   type.def("__reduce_ex__", [remedy](const py::object& self, int) -> py::object {
@@ -85,15 +85,15 @@ std::vector<std::string> layer_names();
 
 void add_ending(py::module_& module);
 void add_pose(py::module_& module);
-/// EchoLine, Image and images().
+/// Adds EchoLine, Image and images().
 void add_results(py::module_& module);
 void add_recordings(py::module_& module);
 void add_simulator(py::module_& module);
 
 }  // namespace ensonify::python
 
-/// How pybind11 finds the C++ object of a Python object. By itself it gives an object that
-/// `Class.__new__(Class)` made memory without a value. Here such an object raises TypeError.
+/// How pybind11 finds the C++ object of a Python object. pybind11 itself returns memory without a
+/// value for an object that was made by `Class.__new__(Class)`. Here it raises TypeError.
 template <class T>
 class pybind11::detail::type_caster<T, std::enable_if_t<ensonify::python::is_class_of_module<T>>>
     : public type_caster_base<T> {

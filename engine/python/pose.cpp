@@ -35,49 +35,50 @@ Triple rates_degps(const Pose& pose) {
           pose.heading_rate_radps / degree};
 }
 
-/// All numbers of a pose, to pickle and to compare it.
+/// All numbers of a pose, for pickling and comparing.
 using PoseNumbers = std::array<double, 13>;
-PoseNumbers numbers_of(const Pose& p) {
-  return {p.t_s,
-          p.position.x(),
-          p.position.y(),
-          p.position.z(),
-          p.roll_rad,
-          p.pitch_rad,
-          p.heading_rad,
-          p.velocity_mps.x(),
-          p.velocity_mps.y(),
-          p.velocity_mps.z(),
-          p.roll_rate_radps,
-          p.pitch_rate_radps,
-          p.heading_rate_radps};
+PoseNumbers numbers_of(const Pose& pose) {
+  const auto& [t, position, roll, pitch, heading, velocity, roll_rate, pitch_rate, heading_rate] =
+      pose;
+  const auto [x, y, z] = triple(position);
+  const auto [east, north, up] = triple(velocity);
+  return {t, x, y, z, roll, pitch, heading, east, north, up, roll_rate, pitch_rate, heading_rate};
 }
 Pose pose_of(const PoseNumbers& n) {
-  return {.t_s = n[0],
-          .position = {n[1], n[2], n[3]},
-          .roll_rad = n[4],
-          .pitch_rad = n[5],
-          .heading_rad = n[6],
-          .velocity_mps = {n[7], n[8], n[9]},
-          .roll_rate_radps = n[10],
-          .pitch_rate_radps = n[11],
-          .heading_rate_radps = n[12]};
+  return {n[0], {n[1], n[2], n[3]}, n[4], n[5], n[6], {n[7], n[8], n[9]}, n[10], n[11], n[12]};
 }
 
-/// The shortest number of degrees that a Pose makes this angle of; the nearest, if there is none.
+template <int axis>
+double coordinate_m(const Pose& pose) {
+  return pose.position[axis];
+}
+template <int axis>
+void set_coordinate(Pose& pose, double to_m) {
+  pose.position[axis] = to_m;
+}
+template <double Pose::*angle_rad>
+double angle_deg(const Pose& pose) {
+  return pose.*angle_rad / degree;
+}
+template <double Pose::*angle_rad>
+void set_angle(Pose& pose, double to_deg) {
+  pose.*angle_rad = to_deg * degree;
+}
+
+/// The shortest number of degrees from which Pose makes this angle; or else the nearest number.
 std::string degrees_text(double angle_rad) {
   const double nearest_deg = angle_rad / degree;
   for (int digits = 12; digits <= 17; ++digits)
     for (const double towards : {nearest_deg, -HUGE_VAL, HUGE_VAL}) {
       std::string text = fmt::format("{:.{}g}", std::nextafter(nearest_deg, towards), digits);
-      double angle_deg = 0.0;
-      std::from_chars(text.data(), text.data() + text.size(), angle_deg);
-      if (angle_deg * degree == angle_rad) return text;
+      double back_deg = 0.0;
+      std::from_chars(text.data(), text.data() + text.size(), back_deg);
+      if (back_deg * degree == angle_rad) return text;
     }
   return fmt::format("{}", nearest_deg);
 }
 
-/// The Python expression of a pose, without the values that are 0.
+/// The Python expression of a pose, without arguments that are 0.
 std::string text_of(const Pose& pose) {
   const auto [x_m, y_m, z_m] = triple(pose.position);
   std::string text = fmt::format("Pose({}, {}, {}", x_m, y_m, z_m);
@@ -116,28 +117,19 @@ also an attribute that can be set. Poses compare by value, and pickle.)")
            py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = Triple{},
            py::arg("rates_degps") = Triple{})
       .def_readwrite("t_s", &Pose::t_s, "Time, s.")
-      .def_property(
-          "x_m", [](const Pose& p) { return p.position.x(); },
-          [](Pose& p, double to) { p.position.x() = to; }, "East, local metres.")
-      .def_property(
-          "y_m", [](const Pose& p) { return p.position.y(); },
-          [](Pose& p, double to) { p.position.y() = to; }, "North, local metres.")
-      .def_property(
-          "z_m", [](const Pose& p) { return p.position.z(); },
-          [](Pose& p, double to) { p.position.z() = to; },
-          "Up, metres; 0 at the sea surface, negative below.")
+      .def_property("x_m", &coordinate_m<0>, &set_coordinate<0>, "East, local metres.")
+      .def_property("y_m", &coordinate_m<1>, &set_coordinate<1>, "North, local metres.")
+      .def_property("z_m", &coordinate_m<2>, &set_coordinate<2>,
+                    "Up, metres; 0 at the sea surface, negative below.")
       .def_property(
           "position_m", [](const Pose& p) { return py::tuple(py::cast(triple(p.position))); },
           [](Pose& p, const Triple& to) { p.position = vector(to); }, "(x_m, y_m, z_m)")
-      .def_property(
-          "roll_deg", [](const Pose& p) { return p.roll_rad / degree; },
-          [](Pose& p, double to) { p.roll_rad = to * degree; }, "Degrees, starboard side down.")
-      .def_property(
-          "pitch_deg", [](const Pose& p) { return p.pitch_rad / degree; },
-          [](Pose& p, double to) { p.pitch_rad = to * degree; }, "Degrees, nose up.")
-      .def_property(
-          "heading_deg", [](const Pose& p) { return p.heading_rad / degree; },
-          [](Pose& p, double to) { p.heading_rad = to * degree; }, "Degrees, clockwise from north.")
+      .def_property("roll_deg", &angle_deg<&Pose::roll_rad>, &set_angle<&Pose::roll_rad>,
+                    "Degrees, starboard side down.")
+      .def_property("pitch_deg", &angle_deg<&Pose::pitch_rad>, &set_angle<&Pose::pitch_rad>,
+                    "Degrees, nose up.")
+      .def_property("heading_deg", &angle_deg<&Pose::heading_rad>, &set_angle<&Pose::heading_rad>,
+                    "Degrees, clockwise from north.")
       .def_property(
           "velocity_mps", [](const Pose& p) { return py::tuple(py::cast(triple(p.velocity_mps))); },
           [](Pose& p, const Triple& to) { p.velocity_mps = vector(to); },
@@ -155,7 +147,7 @@ also an attribute that can be set. Poses compare by value, and pickle.)")
           "__eq__", [](const Pose& a, const Pose& b) { return numbers_of(a) == numbers_of(b); },
           py::is_operator(), py::arg("other"))
       .def(py::pickle(&numbers_of, &pose_of))
-      // Python's own works only for protocols from 2 on.
+      // Python's own method works only for protocols from 2 on.
       .def("__reduce_ex__", [](const py::object& self, int) {
         return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"),
                               py::make_tuple(py::type::of(self)),

@@ -12,7 +12,7 @@ template <>
 constexpr bool is_class_of_module<RecordedLine> = true;
 namespace {
 
-/// A side's samples over the line's own memory; None without them.
+/// The samples of a side, as an array over the line's memory; None if the line lacks the side.
 py::object samples_of(const py::object& self, Side side) {
   const auto& line = self.cast<const RecordedLine&>();
   const std::vector<float>& samples = line.side(side);

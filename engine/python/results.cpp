@@ -15,24 +15,23 @@
 namespace ensonify::python {
 namespace {
 
-/// An array over a layer of what `owner` owns.
+/// A NumPy array over the memory of a layer, which `owner` keeps alive.
 template <class T>
 py::array array_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
                    const py::object& owner) {
   return py::array_t<T>(std::move(shape), values.data(), owner);
 }
 
-/// The layer of that name of a line or an image.
+/// The layer of a line or an image with the name `wanted`.
 py::array layer_of(const py::object& self, const std::string& wanted, const BinLayers& layers,
                    const std::vector<py::ssize_t>& shape) {
   std::optional<py::array> found;
-  std::string known;
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (name == wanted) found = array_of(layers.*layer, shape, self);
-    known += fmt::format("{}{}", known.empty() ? "" : ", ", name);
   });
   if (!found)
-    throw py::key_error(fmt::format("there is no layer '{}'; there are: {}", wanted, known));
+    throw py::key_error(fmt::format("there is no layer '{}'; there are: {}", wanted,
+                                    fmt::join(layer_names(), ", ")));
   return *found;
 }
 
@@ -41,7 +40,7 @@ py::array layer_of_line(const py::object& self, const std::string& name) {
   return layer_of(self, name, bins, {static_cast<py::ssize_t>(bins.range_m.size())});
 }
 
-/// All pings of a sonar, with what the files of a run have in addition to the layers.
+/// All pings of a sonar, and what the files of a run have in addition to the layers.
 struct Image {
   Waterfall waterfall;
   std::vector<Attribute> attributes;
@@ -61,7 +60,7 @@ py::array layer_of_image(const py::object& self, const std::string& name) {
       {static_cast<py::ssize_t>(image.rows()), static_cast<py::ssize_t>(image.columns())});
 }
 
-/// A value of each ping, in a list.
+/// A list of one value of each ping.
 template <class T>
 std::vector<T> by_ping(const Image& image, T PingRow::*member) {
   std::vector<T> all;
@@ -76,7 +75,7 @@ py::dict attributes_of(const Image& image) {
   return all;
 }
 
-/// A whole scene: an image of each sonar, by name, in the scene's order.
+/// All pings of a scene: an image for each sonar, by the sonar's name, in the scene's order.
 py::dict images(const py::object& given, const py::object& keys, const fs::path& data,
                 const std::optional<fs::path>& cache, int threads, const py::object& progress) {
   const Scene scene = scene_of(given, keys, data).with();

@@ -16,8 +16,8 @@
 namespace ensonify::python {
 namespace {
 
-/// A table of three columns, each number as a T. `kinds` are the letters of NumPy's kinds that it
-/// may have, and `what` says so. An empty list is a table without rows.
+/// A table of three columns, with numbers of type T. `kinds` are the letters of the NumPy kinds
+/// that are accepted; `what` describes them in messages. An empty list is a table without rows.
 template <class T>
 py::array_t<T> table_of(const py::object& given, std::string_view name, std::string_view kinds,
                         std::string_view what) {
@@ -33,8 +33,11 @@ py::array_t<T> table_of(const py::object& given, std::string_view name, std::str
   return py::array_t<T, py::array::c_style | py::array::forcecast>(array);
 }
 
-/// A Simulator for Python's threads: one of them at a time is inside, without the interpreter's
-/// lock.
+std::vector<std::string> copied(std::span<const std::string> names) {
+  return {names.begin(), names.end()};
+}
+
+/// A Simulator for several Python threads. One at a time uses it, without the interpreter's lock.
 class Session {
  public:
   Session(const py::object& scene, const py::object& keys, const fs::path& data,
@@ -52,15 +55,16 @@ class Session {
                                                         .stop_check = interpreter_check()});
   }
 
-  /// Calls f(simulator) with no other thread inside, and the interpreter free. Throws for a thread
-  /// that is inside: a signal's handler, which runs in the midst of a ping.
+  /// Calls f(simulator) while no other thread uses the simulator; the interpreter's lock is free.
+  /// Throws std::runtime_error if this thread is already in such a call: in a signal's handler,
+  /// which runs in the middle of a ping.
   template <class F>
   auto alone(F&& f) {
     if (inside_ == std::this_thread::get_id())
       throw std::runtime_error(
           "this Simulator is in the midst of a call, which a signal has interrupted; call it after "
           "that, not in the signal's handler");
-    const CallsAtFork::Call call(calls_);  // before the lock, which such a thread keeps in a child
+    const CallsAtFork::Call call(calls_);  // before mutex_, which stays locked in a child of fork()
     const FreeInterpreter unlocked;
     const std::lock_guard guard(mutex_);
     struct Inside {
@@ -93,8 +97,8 @@ class Session {
     if (!warning.empty() &&
         PyErr_WarnEx(PyExc_UserWarning, refine::printable(warning).c_str(), 1) != 0) {
       const py::error_already_set error;
-      // The caller gets no lines, so the ping has taken no number, unless another thread has the
-      // next one by now.
+      // The warning became an exception, so the caller gets no lines and the ping takes no number,
+      // unless another thread has taken the next number meanwhile.
       alone([&](Simulator&) {
         if (!number && next_ping_ == sent + 1) next_ping_ = sent;
       });
@@ -125,7 +129,7 @@ class Session {
     const auto places = table_of<float>(vertices, "vertices", "fiu", "real numbers, in metres");
     for (py::ssize_t i = 0; i < places.shape(0); ++i)
       object.mesh.positions.emplace_back(places.at(i, 0), places.at(i, 1), places.at(i, 2));
-    // A signed number of 64 bits, in which one that is too large for a vertex stays so.
+    // 64 bits with a sign, in which a number that is too large for a vertex stays too large.
     const auto corners = table_of<std::int64_t>(faces, "faces", "iu", "whole numbers, of vertices");
     for (py::ssize_t i = 0; i < corners.shape(0); ++i) {
       refine::Face& face = object.mesh.faces.emplace_back();
@@ -150,25 +154,18 @@ class Session {
   }
 
  private:
-  SessionScene source_;  // under mutex_, once there is a simulator
-  const Scene scene_;    // without later changes
+  SessionScene source_;  // protected by mutex_ once there is a simulator
+  const Scene scene_;    // as it was read, without later changes
   std::unique_ptr<Simulator> simulator_;
-  std::uint64_t next_ping_ = 0;  // under mutex_
+  std::uint64_t next_ping_ = 0;  // protected by mutex_
   CallsAtFork calls_;
   std::mutex mutex_;
-  std::atomic<std::thread::id> inside_{};  // the thread that has mutex_
+  std::atomic<std::thread::id> inside_{};  // the thread that has locked mutex_
 };
 
 }  // namespace
 template <>
 constexpr bool is_class_of_module<Session> = true;
-namespace {
-
-std::vector<std::string> copied(std::span<const std::string> names) {
-  return {names.begin(), names.end()};
-}
-
-}  // namespace
 
 void add_simulator(py::module_& module) {
   py::class_<Session> simulator(module, "Simulator",

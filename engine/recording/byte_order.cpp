@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Whether a float, by its bits, is no amplitude.
+/// Whether a float with these bits cannot be an amplitude.
 bool is_absurd(std::uint32_t bits) {
   const float value = std::abs(std::bit_cast<float>(bits));
   return value != 0.0f && !(value > 1e-20f && value < 1e20f);
@@ -17,17 +17,16 @@ bool is_absurd(std::uint32_t bits) {
 }  // namespace
 
 double ByteOrder::ByteSigns::entropy() const {
-  double number = 0.0, bits = 0.0;
-  for (const double count : counts) number += count;
+  const double number = std::accumulate(counts.begin(), counts.end(), 0.0);
+  double bits = 0.0;
   for (const double count : counts)
     if (count > 0.0) bits -= count / number * std::log2(count / number);
   return bits;
 }
 
 double ByteOrder::ByteSigns::roughness() const {
-  double number = 0.0;
-  for (const double count : counts) number += count;
-  // E|a - b| of independent a and b is the sum of 2 F (1 - F) over the steps of the distribution F.
+  const double number = std::accumulate(counts.begin(), counts.end(), 0.0);
+  // For independent a and b, E|a - b| is the sum of 2 F (1 - F) over the distribution function F.
   double below = 0.0, at_random = 0.0;
   for (const double count : counts) {
     below += count / number;
@@ -52,7 +51,7 @@ void ByteOrder::take(const RecordingBytes& bytes, std::size_t samples, std::size
       continue;
     }
     const auto low = bytes.at<std::uint8_t>(at), high = bytes.at<std::uint8_t>(at + width - 1);
-    const bool silent = low == 0 && high == 0;  // no echo, or none that fills a byte
+    const bool silent = low == 0 && high == 0;  // samples without an echo show no byte order
     if (!silent) {
       low_.take(low);
       high_.take(high);
@@ -74,7 +73,7 @@ bool ByteOrder::is_exchanged() const {
   constexpr double fewest = 4096.0, clearly = 0.9;
   if (!(low_.steps > fewest && high_.entropy() > low_.entropy())) return false;
   if (low_.roughness() < clearly * high_.roughness()) return true;
-  // Faint samples: the byte that should be low is 0, 1 or a little more, whatever the other one is.
+  // Faint samples: the first byte is always small, but not always 0. So it is the highest byte.
   constexpr std::size_t small = 32;
   constexpr double seldom = 1e-3;  // of the samples
   const auto number_from = [&](std::size_t first) {

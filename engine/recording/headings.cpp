@@ -18,7 +18,8 @@ using Angles = std::vector<std::optional<double>>;  // by ping
 
 double turn(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
 
-/// East and north from one ping to another, in metres; unset if they have no places of one kind.
+/// The vector from one ping to another, in metres east and north. Unset if the pings do not both
+/// have `place` or both `place_m`.
 std::optional<Eigen::Vector2d> way_m(const RecordedPing& from, const RecordedPing& to) {
   if (from.place && to.place)
     return metres_per_radian(from.place->latitude_rad)
@@ -28,7 +29,8 @@ std::optional<Eigen::Vector2d> way_m(const RecordedPing& from, const RecordedPin
   return std::nullopt;
 }
 
-/// Places may be rounded, or slower than the pings: they have to be apart.
+/// The course in each ping; unset: unknown. Places may be rounded, or change less often than the
+/// pings, so the course is taken between places that are at least `apart_m` apart.
 Angles courses(const std::vector<RecordedPing>& pings) {
   constexpr double apart_m = 10.0;
   Angles courses_rad(pings.size());
@@ -45,7 +47,7 @@ Angles courses(const std::vector<RecordedPing>& pings) {
   return courses_rad;
 }
 
-/// The median angle between two columns; unset if no ping has both.
+/// The median of the absolute angle between a[i] and b[i]; unset if no ping has both.
 std::optional<double> usual_angle_rad(const Angles& a, const Angles& b) {
   std::vector<double> between_rad;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -63,7 +65,7 @@ bool most_have(const Angles& angles) {
 }  // namespace
 
 ChosenHeadings choose_headings(const RecordedLine& line) {
-  constexpr double most_off_rad = 60.0 * degree;  // no vehicle moves so far off its heading
+  constexpr double most_off_rad = 60.0 * degree;  // a vehicle's crab angle is less
   constexpr double most_off_zero_rad = 10.0 * degree;
   ChosenHeadings chosen;
   Angles gyro;

@@ -36,7 +36,7 @@ std::size_t message_size(const RecordingBytes& bytes) {
 
 constexpr std::size_t validity_flags = 30;
 
-/// Bits of the field that states which others are valid.
+/// Bits of the field that states which other fields are valid.
 enum Valid : unsigned {
   position = 1u << 0,
   speed = 1u << 2,
@@ -46,7 +46,7 @@ enum Valid : unsigned {
   depth = 1u << 9
 };
 
-/// The values of the navigation, with their names in messages.
+/// The values of the navigation and their names in messages.
 constexpr std::array<std::pair<Valid, std::string_view>, 6> navigation{{{position, "place"},
                                                                         {heading, "heading"},
                                                                         {pitch_roll, "pitch, roll"},
@@ -54,7 +54,8 @@ constexpr std::array<std::pair<Valid, std::string_view>, 6> navigation{{{positio
                                                                         {altitude, "altitude"},
                                                                         {speed, "speed"}}};
 
-/// Adds bits 16 to 19 to a value; the word at offset 16 has those of three values.
+/// The value of 20 bits whose lower 16 bits are at `offset`. The word at offset 16 has the upper
+/// four bits of three values; those of this value begin at bit `shift`.
 std::uint32_t with_more_bits(const RecordingBytes& header, std::size_t offset, int shift) {
   const std::uint32_t more = header.at<std::uint16_t>(16) >> shift & 0xfu;
   return more << 16 | header.at<std::uint16_t>(offset);
@@ -78,7 +79,7 @@ void set_place(const RecordingBytes& header, RecordedPing& ping, LineBuilder& li
   }
 }
 
-/// Hundredths of a degree, from 0 to 360 or, in old files, from -180 to 180.
+/// The field has hundredths of a degree: from 0 to 360 degrees, or in old files from -180 to 180.
 void set_heading(const RecordingBytes& header, RecordedPing& ping, LineBuilder& lines) {
   const double unsigned_deg = 0.01 * header.at<std::uint16_t>(172),
                signed_deg = 0.01 * header.at<std::int16_t>(172);
@@ -96,7 +97,7 @@ double speed_mps(const RecordingBytes& header) {
          (0.1 * header.at<std::int16_t>(194) + 0.01 * (header.at<std::uint16_t>(20) & 0xf));
 }
 
-/// What a file without validity flags has: the values that are not 0 and that a sonar can have.
+/// Bits of Valid for a file without validity flags: the values that are possible and not 0.
 unsigned plausible(const RecordingBytes& header) {
   const auto is_within = [&](std::size_t offset, double largest_m) {
     const double value_m = 1e-3 * header.at<std::int32_t>(offset);
@@ -116,12 +117,12 @@ unsigned plausible(const RecordingBytes& header) {
   return found;
 }
 
-/// Since 1970. Before protocol version 8 there is only the calendar.
+/// The ping's time since 1970. Headers before protocol version 8 have only a date and time of day.
 std::optional<double> jsf_time_s(const RecordingBytes& header) {
   constexpr double day_s = 86400.0;
   const double seconds = header.at<std::int32_t>(0),
                in_day_s = 1e-3 * header.at<std::uint32_t>(200);
-  // The milliseconds of the day have the fraction.
+  // The fraction of the second is in the milliseconds of the day.
   if (seconds > 0.0) return seconds + in_day_s - std::floor(in_day_s);
   const int year = header.at<std::int16_t>(156), day = header.at<std::int16_t>(158);
   if (year < 1970 || day < 1 || day > 366) return std::nullopt;
@@ -133,7 +134,7 @@ std::optional<double> jsf_time_s(const RecordingBytes& header) {
          header.at<std::int16_t>(164);
 }
 
-/// `valid`: the values that are read.
+/// The ping that a header states, without samples. `valid`: bits of Valid for the values to read.
 RecordedPing ping_of(const RecordingBytes& header, unsigned valid, LineBuilder& lines) {
   RecordedPing ping{.number = header.at<std::uint32_t>(8), .t_s = jsf_time_s(header)};
   if (valid & position) set_place(header, ping, lines);
@@ -149,7 +150,7 @@ RecordedPing ping_of(const RecordingBytes& header, unsigned valid, LineBuilder& 
   return ping;
 }
 
-/// Data formats: one value per sample, or a real and an imaginary one.
+/// Data formats: one value per sample, or a real and an imaginary value.
 enum DataFormat : int { envelope = 0, analytic = 1 };
 
 std::vector<float> samples_of(const RecordingBytes& header, const RecordingBytes& data) {
@@ -191,7 +192,7 @@ bool is_sidescan(const RecordingBytes& message) {
          subsystem <= last_sidescan && message.size() >= jsf_message_header + jsf_sonar_header;
 }
 
-/// What a message is that is not of a sidescan sonar.
+/// The kind of a message without sidescan samples, for messages about the file.
 std::string kind_of(const RecordingBytes& message) {
   const int type = message.at<std::uint16_t>(4), subsystem = message.at<std::uint8_t>(7);
   if (type != sonar_data) return fmt::format("messages of type {}", type);
@@ -203,8 +204,8 @@ std::string kind_of(const RecordingBytes& message) {
   return fmt::format("messages of {}, subsystem {}", of, subsystem);
 }
 
-/// The fields of a file that has no validity flags in any of its pings, as EdgeTech wrote it before
-/// 2008; those that were read.
+/// Whether a file has no validity flags in any of its pings, as EdgeTech wrote files before 2008,
+/// and which values were read from the file (bits of Valid).
 struct NoFlags {
   bool none = true;
   unsigned read = 0;
@@ -233,14 +234,15 @@ void read_message(const RecordingBytes& message, NoFlags& no_flags, LineBuilder&
       no_flags.none ? plausible(header) : header.at<std::uint16_t>(validity_flags);
   no_flags.read |= valid;
   RecordedPing ping = ping_of(header, valid, lines);
-  // The starting depth, or window offset, in samples.
-  constexpr std::size_t longest_offset = 4;  // times what was recorded; beyond, it is another value
+  // The field is the starting depth (window offset) in samples. If it is more than longest_offset
+  // times the recorded samples, it has another meaning.
+  constexpr std::size_t longest_offset = 4;
   const std::size_t offset = header.at<std::uint32_t>(4);
   if (offset <= longest_offset * samples.size()) {
     ping.unrecorded = offset;
     samples.insert(samples.begin(), offset, 0.0f);
   }
-  // The fallback is what EdgeTech's own programs assume.
+  // Without a stated sound speed, EdgeTech's programs assume this nominal sound speed.
   const double speed_mps =
       line.sound_speed_mps > 0.0 ? line.sound_speed_mps : scatter::nominal_sound_speed_mps;
   ping.range_m =

@@ -1,7 +1,6 @@
-#include <ensonify/engine/recording/layback.h>
+#include <ensonify/engine/recording/xtf_navigation.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -12,7 +11,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// The track of a ship, and the places behind it. Places must be asked for in their order.
+/// The track of a ship, and the places behind the ship.
 class ShipTrack {
  public:
   ShipTrack(std::vector<Eigen::Vector2d> places, double longest_m) : places_(std::move(places)) {
@@ -29,10 +28,12 @@ class ShipTrack {
 
   double farthest_m() const { return farthest_m_; }
 
-  /// Where the ship was when it was `layback_m` away from its place i.
+  /// The place where the ship was when it was `layback_m` away from its place i. Call this with
+  /// ascending i, so that the search is short.
   Eigen::Vector2d behind(std::size_t i, double layback_m) {
     const auto away_m = [&](std::size_t k) { return (places_[i] - place_before(k)).norm(); };
-    // The first of the places that are too near; places_[-1] is far before the track.
+    // near_ is the index of the first place that is too near. The place before places_[0] is
+    // `before_`, far before the track.
     near_ = std::min(near_, i);
     while (near_ > 0 && away_m(near_) < layback_m) --near_;
     while (near_ < i && away_m(near_ + 1) >= layback_m) ++near_;
@@ -54,25 +55,12 @@ class ShipTrack {
 
 }  // namespace
 
-std::optional<double> stated_layback_m(double layback_m, double cable_m, double sonar_depth_m) {
-  constexpr double longest_m = 10e3;
-  double towed_m = layback_m;
-  if (!(towed_m > 0.0))
-    towed_m = std::sqrt(std::max(0.0, cable_m * cable_m - sonar_depth_m * sonar_depth_m));
-  return towed_m > 0.0 && towed_m < longest_m ? std::optional(towed_m) : std::nullopt;
-}
-
 void tow_back(RecordedLine& line, std::string_view name) {
-  struct TowedPing {
-    std::size_t number;
-    double layback_m;
-  };
-  std::vector<TowedPing> towed;  // those that have a place
+  std::vector<RecordedPing*> towed;  // the pings that have a layback and a place
   std::vector<Eigen::Vector2d> places;
   Eigen::Vector2d scale = Eigen::Vector2d::Ones();
   double longest_m = 0.0, sum_m = 0.0;
-  for (std::size_t i = 0; i < line.pings.size(); ++i) {
-    const RecordedPing& ping = line.pings[i];
+  for (RecordedPing& ping : line.pings) {
     if (!ping.layback_m) continue;
     if (ping.place) {
       if (towed.empty()) scale = metres_per_radian(ping.place->latitude_rad);
@@ -83,7 +71,7 @@ void tow_back(RecordedLine& line, std::string_view name) {
     } else {
       continue;
     }
-    towed.push_back({i, *ping.layback_m});
+    towed.push_back(&ping);
     longest_m = std::max(longest_m, *ping.layback_m);
     sum_m += *ping.layback_m;
   }
@@ -95,12 +83,12 @@ void tow_back(RecordedLine& line, std::string_view name) {
         "{}: states that the sonar is towed {:.1f} m behind the ship, but the ship does not move; its "
         "place is used",
         name, sum_m / static_cast<double>(towed.size())));
-    for (const TowedPing& its : towed) line.pings[its.number].layback_m.reset();
+    for (RecordedPing* const ping : towed) ping->layback_m.reset();
     return;
   }
   for (std::size_t k = 0; k < towed.size(); ++k) {
-    RecordedPing& ping = line.pings[towed[k].number];
-    const Eigen::Vector2d place = track.behind(k, towed[k].layback_m);
+    RecordedPing& ping = *towed[k];
+    const Eigen::Vector2d place = track.behind(k, *ping.layback_m);
     if (ping.place)
       ping.place = GeographicPlace{place.y() / scale.y(), place.x() / scale.x()};
     else

@@ -12,8 +12,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t max_padding = 16;       // values of the rows per sample of the file
-constexpr std::size_t small_line = 1u << 20;  // samples: below, padding does no harm
+constexpr std::size_t max_padding = 16;       // most values of the rows per sample of the file
+constexpr std::size_t small_line = 1u << 20;  // below this number of values any padding is allowed
 
 }  // namespace
 
@@ -22,8 +22,6 @@ std::string impossible_value(std::string_view name, std::size_t pings, std::stri
   return fmt::format("{}: {} pings state an impossible {}; the first is ping {}, with {}", name,
                      pings, what, first, value);
 }
-
-RecordedLine& LineBuilder::line(int number) { return entries_[number].line; }
 
 void LineBuilder::impossible(const std::string& what, std::uint64_t ping, std::string_view value) {
   Impossible& these = impossible_[what];
@@ -38,24 +36,22 @@ void LineBuilder::impossible(const std::string& what, std::uint64_t ping, std::s
 void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector<float> samples) {
   Entry& entry = entries_[line];
   std::vector<RecordedPing>& pings = entry.line.pings;
-  const auto its = [side](Sides& sides) -> std::vector<float>& {
-    return side == Side::port ? sides.port : sides.starboard;
-  };
-  if (pings.empty() || pings.back().number != ping.number || !its(entry.sides.back()).empty()) {
+  const auto its = side == Side::port ? &Sides::port : &Sides::starboard;
+  if (pings.empty() || pings.back().number != ping.number || !(entry.sides.back().*its).empty()) {
     pings.push_back(ping);
     entry.sides.emplace_back();
   }
   Sides& sides = entry.sides.back();
   (side == Side::port ? sides.port_sample_m : sides.starboard_sample_m) =
       ping.range_m / static_cast<double>(samples.size());
-  its(sides) = std::move(samples);
+  sides.*its = std::move(samples);
 }
 
-// A recorder may store one of the sides with fewer samples, or to another range.
+// A recorder may store one side with fewer samples than the other side, or to a shorter range.
 void LineBuilder::make_samples_alike(Entry& entry, std::string_view name) {
   constexpr double alike = 0.01;
   std::size_t repeated = 0, other_ranges = 0;
-  double port_m = 0.0, starboard_m = 0.0;  // of the last such ping
+  double port_m = 0.0, starboard_m = 0.0;  // sample lengths in the last ping with repeated samples
   for (std::size_t i = 0; i < entry.sides.size(); ++i) {
     Sides& sides = entry.sides[i];
     RecordedPing& ping = entry.line.pings[i];
@@ -99,7 +95,7 @@ void LineBuilder::make_samples_alike(Entry& entry, std::string_view name) {
         name, other_ranges));
 }
 
-// An XTF has both channels of a sonar even if the sonar has one side.
+// An XTF file has two channels for each sonar, even if the sonar has one side.
 void LineBuilder::leave_out_silent_side(Entry& entry, std::string_view name) {
   const auto sounds = [&](std::vector<float> Sides::*side) {
     return std::ranges::any_of(entry.sides, [&](const Sides& sides) {

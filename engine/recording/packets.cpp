@@ -20,7 +20,7 @@ void over_packets(const RecordingBytes& file, std::size_t begin,
       continue;
     }
     if (!ends_well(place, size)) {
-      // Samples may look like the beginning of a packet, but hardly like one that ends well, too.
+      // Samples may look like the beginning of a packet, but hardly of one that also ends well.
       const std::size_t end = place + std::min(size, file.size() - place);
       std::size_t next = place + 1;
       while (next < end && !(size_at(next) > 0 && ends_well(next, size_at(next)))) ++next;

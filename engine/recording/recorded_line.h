@@ -18,12 +18,12 @@ namespace ensonify::engine {
 /// One ping of a recording. What its file does not state is unset.
 struct RecordedPing {
   std::uint64_t number = 0;
-  int beam = 0;               ///< of a sonar with several beams, whose packets have one time
+  int beam = 0;               ///< of a sonar with several beams; all beams of a ping have one time
   std::optional<double> t_s;  ///< since 1970, UTC
-  std::optional<GeographicPlace> place;    ///< of the sonar, or of the ship if that is all there is
+  std::optional<GeographicPlace> place;    ///< of the sonar; of the ship if only that is stated
   std::optional<Eigen::Vector2d> place_m;  ///< instead of `place`: east and north on the file's map
-  /// Distance over ground by which the place was moved back along the ship's track, because the
-  /// file states the ship's place and how far behind it the sonar is towed.
+  /// Distance over ground by which `place` was moved back along the ship's track. It is set if the
+  /// file states the ship's place and how far behind the ship the sonar is towed.
   std::optional<double> layback_m;
   std::optional<double> heading_rad;  ///< clockwise from north
   std::optional<double> gyro_rad;     ///< the ship's heading, by its gyro
@@ -32,29 +32,29 @@ struct RecordedPing {
   std::optional<double> depth_m;      ///< of the sonar, below the sea surface
   std::optional<double> altitude_m;   ///< of the sonar, above the bed
   std::optional<double> speed_mps;
-  double range_m = 0.0;     ///< slant range of the far edge of its last sample; 0: not stated
-  std::size_t samples = 0;  ///< per side; the rest of its row is 0
-  /// How many of them, from the nearest on, lie before the first that was recorded; they are 0.
+  double range_m = 0.0;     ///< slant range of the far edge of the last sample; 0: not stated
+  std::size_t samples = 0;  ///< per side; the other samples of the ping's row are 0
+  /// The number of samples nearer than the first recorded sample; these samples are 0.
   std::size_t unrecorded = 0;
-  /// How many of them, from the farthest on, one of the sides lacks; they are 0 there.
+  /// The number of far samples that one side lacks, which ends at a shorter range; they are 0.
   std::size_t one_sided = 0;
 };
 
-/// The pings of one sidescan sonar of a recording, or of one of its frequencies.
+/// The pings of one sidescan sonar of a recording, or of one of its frequencies if it has several.
 struct RecordedLine {
   std::string format;         ///< XTF or JSF
-  std::string sonar;          ///< its name in the file; empty: none
-  double frequency_hz = 0.0;  ///< 0: not stated, and likewise below
+  std::string sonar;          ///< name of the sonar in the file; empty: none
+  double frequency_hz = 0.0;  ///< 0: not stated. This holds for the next five members, too.
   double bandwidth_hz = 0.0;
   double pulse_length_s = 0.0;
   double sound_speed_mps = 0.0;
   double beamwidth_rad = 0.0;           ///< horizontal, -3 dB
   double vertical_beamwidth_rad = 0.0;  ///< -3 dB
   std::optional<double> tilt_rad;       ///< of the vertical beam's axis below the horizontal
-  bool peak_detector = false;           ///< a sample is the largest of several, as the file states
+  bool peak_detector = false;  ///< each sample is the largest of several, as the file states
   std::vector<RecordedPing> pings;
-  std::size_t samples = 0;  ///< per row and side: of the longest ping
-  /// Amplitudes as recorded, one row per ping, near to far; empty: the line has no such side.
+  std::size_t samples = 0;  ///< per row and side: those of the longest ping
+  /// Amplitudes as recorded, one row per ping, from near to far. Empty if the line lacks this side.
   std::vector<float> port, starboard;
   std::vector<std::string> warnings;  ///< what was left out or is doubtful; each names its file
 
@@ -68,12 +68,11 @@ struct RecordedLine {
     if (!starboard.empty()) all.push_back(Side::starboard);
     return all;
   }
-  /// The samples of ping number `ping` (index into `pings`), from near to far. The line must have
-  /// that side.
+  /// The samples of ping `ping` of `pings`, from near to far. The line must have the side `which`.
   std::span<const float> row(Side which, std::size_t ping) const {
     return std::span(side(which)).subspan(ping * samples, samples);
   }
-  /// The slant range of the near edge of a sample of that ping.
+  /// The slant range of the near edge of a sample of the ping with this index into `pings`.
   double sample_range_m(std::size_t ping, std::size_t sample) const {
     return static_cast<double>(sample) * pings[ping].range_m / static_cast<double>(samples);
   }
@@ -85,7 +84,7 @@ struct PingColumn {
   std::string_view help;
   std::optional<double> (*value)(const RecordedPing& ping);  ///< unset: the file does not state it
 };
-/// All columns, in the order of tables; valid for the program's life.
+/// All columns, in their order in tables. The span stays valid.
 std::span<const PingColumn> ping_columns();
 
 }  // namespace ensonify::engine

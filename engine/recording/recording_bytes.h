@@ -28,7 +28,7 @@ class RecordingBytes {
   bool has(std::size_t offset, std::size_t size) const {
     return offset <= bytes_.size() && size <= bytes_.size() - offset;
   }
-  /// 0 beyond the end.
+  /// The value at `offset`; 0 if it does not lie within the bytes.
   template <class T>
   T at(std::size_t offset) const {
     static_assert(std::is_arithmetic_v<T>);
@@ -36,14 +36,14 @@ class RecordingBytes {
     if (has(offset, sizeof value)) std::memcpy(&value, bytes_.data() + offset, sizeof value);
     return value;
   }
-  /// A number for which a format writes 0 if it is unknown: unset if it is 0 or not finite.
+  /// The number at `offset`, for fields in which 0 means "unknown": unset if it is 0 or not finite.
   template <class T>
   std::optional<double> known(std::size_t offset) const {
     const double value = static_cast<double>(at<T>(offset));
     if (value == 0.0 || !std::isfinite(value)) return std::nullopt;
     return value;
   }
-  /// A text field, up to its first zero byte; what is not printable becomes '?'.
+  /// A text field, up to its first zero byte. All but printable ASCII characters become '?'.
   std::string text(std::size_t offset, std::size_t width) const {
     std::string text;
     for (std::size_t i = 0; i < width && has(offset + i, 1); ++i) {

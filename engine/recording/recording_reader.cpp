@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/formats.h>
-#include <ensonify/engine/recording/joined_sides.h>
-#include <ensonify/engine/recording/ping_order.h>
+#include <ensonify/engine/recording/sides.h>
 #include <ensonify/engine/recording/some_pings.h>
-#include <ensonify/engine/recording/turned_sides.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -19,20 +19,100 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A format: whether a file begins as it does, and its reader.
+/// A format: the test of a file's first bytes, and the parser.
 struct Format {
   bool (*is)(std::span<const std::byte> begin);
   std::vector<RecordedLine> (*parse)(std::span<const std::byte> bytes, std::string_view name);
 };
 constexpr std::array formats{Format{&is_xtf, &parse_xtf}, Format{&is_jsf, &parse_jsf}};
 
-constexpr std::size_t begin_bytes = 1024;  // that identify the format
+constexpr std::size_t begin_bytes = 1024;  // enough to identify the format
 
 std::span<const std::byte> bytes_of(const std::string& content) {
   return std::as_bytes(std::span(content));
 }
 
-/// Some recorders do not move the date at midnight: where times fall by a day, a day is added.
+std::vector<std::size_t> all_pings(const RecordedLine& line) {
+  std::vector<std::size_t> all(line.pings.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+/// The lexicographical order of the samples of two pings, side by side.
+std::strong_ordering compare_samples(const RecordedLine& line, std::size_t a, std::size_t b) {
+  for (const Side side : line.sides()) {
+    const std::span<const float> one = line.row(side, a), other = line.row(side, b);
+    for (std::size_t k = 0; k < one.size(); ++k)
+      if (one[k] != other[k])
+        return one[k] < other[k] ? std::strong_ordering::less : std::strong_ordering::greater;
+  }
+  return std::strong_ordering::equal;
+}
+
+bool has_echo(const RecordedLine& line, std::size_t ping) {
+  return std::ranges::any_of(line.sides(), [&](Side side) {
+    return std::ranges::any_of(line.row(side, ping), [](float value) { return value != 0.0f; });
+  });
+}
+
+bool times_ascend(const RecordedLine& line, const std::vector<std::size_t>& order) {
+  std::optional<double> before_s;
+  for (const std::size_t i : order) {
+    const std::optional<double>& t_s = line.pings[i].t_s;
+    if (!t_s) continue;
+    if (before_s && *t_s < *before_s) return false;
+    before_s = t_s;
+  }
+  return true;
+}
+
+/// Leaves out repeated pings, with a warning: pings with the number, beam, time, range and samples
+/// of an earlier ping. A ping stays if it has neither number nor time, or if all its samples are 0.
+void leave_out_repeated(RecordedLine& line, std::string_view name) {
+  const auto key = [&](std::size_t i) {
+    const RecordedPing& ping = line.pings[i];
+    return std::tuple(ping.number, ping.beam, ping.t_s, ping.samples, ping.range_m);
+  };
+  std::vector<std::size_t> order = all_pings(line);
+  std::ranges::stable_sort(order, {}, key);
+  const auto same_key = [&](std::size_t a, std::size_t b) { return key(a) == key(b); };
+  if (std::ranges::adjacent_find(order, same_key) == order.end()) return;
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
+    if (!same_key(a, b)) return key(a) < key(b);
+    return compare_samples(line, a, b) < 0;
+  });
+  std::vector<bool> repeated(order.size(), false);
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const RecordedPing& ping = line.pings[order[k]];
+    repeated[order[k]] = (ping.number > 0 || ping.t_s) && same_key(order[k - 1], order[k]) &&
+                         compare_samples(line, order[k - 1], order[k]) == 0 &&
+                         has_echo(line, order[k]);
+  }
+  std::vector<std::size_t> kept = all_pings(line);
+  std::erase_if(kept, [&](std::size_t i) { return repeated[i]; });
+  if (kept.size() == line.pings.size()) return;
+  std::string warning = fmt::format(
+      "{}: {} of {} pings are there before, with the same number, time and samples; "
+      "left out",
+      name, line.pings.size() - kept.size(), line.pings.size());
+  line = some_pings(line, kept);
+  line.warnings.push_back(std::move(warning));
+}
+
+/// Sorts the pings by number, with a warning, if their times do not ascend but do ascend after
+/// sorting. If they do not ascend even then, a clock was set, and the order stays.
+void put_in_order(RecordedLine& line, std::string_view name) {
+  std::vector<std::size_t> order = all_pings(line);
+  if (times_ascend(line, order)) return;
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return line.pings[i].number; });
+  if (!times_ascend(line, order)) return;
+  line = some_pings(line, order);
+  line.warnings.push_back(
+      fmt::format("{}: its pings are not in the order of their numbers and times; sorted", name));
+}
+
+/// Some recorders do not change the date at midnight. Where a time is about a day less than the
+/// time before it, a day is added to this and the following times, until the date changes.
 void pass_midnight(std::vector<RecordedPing>& pings) {
   constexpr double day_s = 86400.0, max_step_s = 7200.0;
   double added_s = 0.0;
@@ -43,7 +123,7 @@ void pass_midnight(std::vector<RecordedPing>& pings) {
       const double step_s = *ping.t_s + added_s - *before_s;
       if (step_s >= -day_s && step_s <= max_step_s - day_s)
         added_s += day_s;
-      else if (added_s > 0.0 && step_s >= day_s - max_step_s)  // the date has moved at last
+      else if (added_s > 0.0 && step_s >= day_s - max_step_s)  // the date has changed
         added_s -= day_s;
     }
     *ping.t_s += added_s;
@@ -66,7 +146,7 @@ void warn_of_times(RecordedLine& line, std::string_view name) {
                     name, back, line.pings.size()));
 }
 
-/// `name` is the file of the pings from `first` on.
+/// Warns if the pings from `first` on, of the file `name`, begin before the latest earlier ping.
 void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name) {
   const std::span<const RecordedPing> pings = line.pings, next = pings.subspan(first);
   const auto latest =
@@ -81,7 +161,7 @@ void warn_of_order(RecordedLine& line, std::size_t first, std::string_view name)
                     name));
 }
 
-/// `name` is the file of the next line.
+/// Appends the pings of `next`, a line of the file `name`.
 void append(RecordedLine& line, RecordedLine next, std::string_view name) {
   const std::size_t samples = std::max(line.samples, next.samples);
   set_samples(line, samples);

@@ -63,7 +63,7 @@ AlikePings alike_pings(RecordedLine line) {
     if (states_range(pings[i]) == most_state) sorted.push_back(i);
   std::ranges::sort(
       sorted, {}, [&](std::size_t i) { return std::tuple(pings[i].samples, pings[i].range_m, i); });
-  // A range that is computed follows the sound speed of its ping.
+  // Some recorders compute the range with the ping's sound speed, so the range varies a little.
   constexpr double one_range = 1.01;
   std::span<const std::size_t> most;
   for (auto first = sorted.begin(), end = first; first != sorted.end(); ++first) {

@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/places.h>
 
 namespace ensonify::engine {
@@ -27,11 +26,12 @@ std::optional<double> time_s(const RecordingBytes& ping) {
          ping.at<std::uint8_t>(20) + ping.at<std::uint8_t>(21) * 0.01;
 }
 
-/// The places of the sensor and of the ship in a ping's header.
+/// The offsets of the sensor's place and of the ship's place in a ping's header.
 constexpr std::size_t sensor_place = 160, ship_place = 128;
 
-/// The layback of a ping whose header has no place of the sonar but the ship's, or the ship's as
-/// that of the sonar, too.
+/// The layback of a ping whose header has no place of the sonar, or has the ship's place as the
+/// place of the sonar; unset for other pings. If the header states none (not positive), it follows
+/// from a straight cable to the sonar's depth. Unset if it is not positive or not less than 10 km.
 std::optional<double> layback_m(const RecordingBytes& header) {
   const auto same = [&](std::size_t part) {
     return header.at<double>(sensor_place + part) == header.at<double>(ship_place + part);
@@ -39,17 +39,21 @@ std::optional<double> layback_m(const RecordingBytes& header) {
   const bool no_sensor =
       header.at<double>(sensor_place) == 0.0 && header.at<double>(sensor_place + 8) == 0.0;
   if (!no_sensor && !(same(0) && same(8))) return std::nullopt;
-  return stated_layback_m(header.at<float>(184),
-                          header.at<std::uint16_t>(182) + 0.01 * header.at<std::uint8_t>(249),
-                          header.known<float>(192).value_or(0.0));
+  const double cable_m = header.at<std::uint16_t>(182) + 0.01 * header.at<std::uint8_t>(249),
+               depth_m = header.known<float>(192).value_or(0.0);
+  constexpr double longest_m = 10e3;
+  double towed_m = header.at<float>(184);
+  if (!(towed_m > 0.0)) towed_m = std::sqrt(std::max(0.0, cable_m * cable_m - depth_m * depth_m));
+  return towed_m > 0.0 && towed_m < longest_m ? std::optional(towed_m) : std::nullopt;
 }
 
 constexpr double farthest_m = 1e8;  // no map reaches farther from its origin
 
-/// Places that cannot be degrees, of a file that says so, become metres: see take_as_metres().
+/// Sets the place of the sonar, else the place of the ship. If the file states degrees but the
+/// place cannot be in degrees, it is kept as metres for take_as_metres().
 void set_places(const RecordingBytes& header, bool geographic, RecordedPing& ping,
                 LineBuilder& lines) {
-  std::string impossible;  // of the sonar
+  std::string impossible;  // text of the first impossible place
   for (const std::size_t y_offset : {sensor_place, ship_place}) {
     const double y = header.at<double>(y_offset), x = header.at<double>(y_offset + 8);
     if ((x == 0.0 && y == 0.0) || std::isnan(x) || std::isnan(y)) continue;
@@ -74,7 +78,7 @@ void set_places(const RecordingBytes& header, bool geographic, RecordedPing& pin
     lines.impossible("place; it is left out", ping.number, impossible);
 }
 
-/// An angle in degrees; unset if it is not stated or impossible.
+/// The angle in radians from a field in degrees; unset if it is not stated or impossible.
 std::optional<double> angle_rad(const RecordingBytes& header, std::size_t offset,
                                 std::string_view what, const RecordedPing& ping,
                                 LineBuilder& lines) {
@@ -86,8 +90,8 @@ std::optional<double> angle_rad(const RecordingBytes& header, std::size_t offset
   return std::nullopt;
 }
 
-/// Whether positions that the file says are metres can only be longitudes and latitudes: as metres
-/// the vehicle would hardly move.
+/// Whether places that the file states in metres can only be longitudes and latitudes, because in
+/// metres the vehicle would move less than a metre.
 bool looks_geographic(const RecordedLine& line) {
   constexpr double max_moved_m = 1.0;
   Eigen::Vector2d low = Eigen::Vector2d::Constant(INFINITY), high = -low;
@@ -113,10 +117,10 @@ void take_as_degrees(RecordedLine& line, std::string_view name) {
                   name));
 }
 
-/// Positions that cannot be degrees, of a file whose header says so, are metres if all are like
-/// that, and otherwise damaged.
+/// Handles places that are too large for degrees in a file whose header states degrees. If all
+/// places of the line are like this, they are metres. Otherwise they are damaged and left out.
 void take_as_metres(RecordedLine& line, std::string_view name) {
-  constexpr double nearest_m = 1000.0;  // from the origin of a map
+  constexpr double nearest_m = 1000.0;  // least distance of a survey from the origin of its map
   const auto has_metres = [](const RecordedPing& ping) { return ping.place_m.has_value(); };
   if (std::ranges::none_of(line.pings, has_metres)) return;
   const bool all = std::ranges::all_of(line.pings, [](const RecordedPing& ping) {
@@ -135,7 +139,7 @@ void take_as_metres(RecordedLine& line, std::string_view name) {
         impossible_place, first->number, place_text(first->place_m->y(), first->place_m->x())));
     for (RecordedPing& ping : line.pings) {
       ping.place_m.reset();
-      if (!ping.place) ping.layback_m.reset();  // nothing to be moved back
+      if (!ping.place) ping.layback_m.reset();  // a layback needs a place
     }
   }
 }

@@ -14,12 +14,11 @@
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/recording/byte_order.h>
 #include <ensonify/engine/recording/formats.h>
-#include <ensonify/engine/recording/joined_sides.h>
-#include <ensonify/engine/recording/layback.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/packets.h>
 #include <ensonify/engine/recording/recording_bytes.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/recording/sides.h>
 #include <ensonify/engine/recording/xtf_navigation.h>
 
 namespace ensonify::engine {
@@ -29,32 +28,24 @@ constexpr std::size_t file_header = 1024, first_channel_info = 256, channel_info
                       ping_header = 256, channel_header = 64;
 constexpr std::uint16_t xtf_magic = 0xFACE;
 
-enum class SampleFormat { u8, u16, i16, u32, i32, f32, unknown };
+enum class SampleFormat { u8, u16, i16, u32, i32, f32, unknown };  // in the order of bytes_of()
 
 std::size_t bytes_of(SampleFormat format) {
-  switch (format) {
-    case SampleFormat::u8: return 1;
-    case SampleFormat::u16:
-    case SampleFormat::i16: return 2;
-    case SampleFormat::u32:
-    case SampleFormat::i32:
-    case SampleFormat::f32: return 4;
-    case SampleFormat::unknown: break;
-  }
-  return 0;
+  constexpr std::array<std::size_t, 7> bytes{1, 2, 2, 4, 4, 4, 0};
+  return bytes[static_cast<std::size_t>(format)];
 }
 
-/// A channel as the file's header describes it, or else the headers of its samples.
+/// A channel as the file's header describes it, completed from the channel headers of the pings.
 struct Channel {
   std::string name;
   bool sidescan = false;
-  int line = -1;  ///< number of its line; -1: none
+  int line = -1;  ///< number of the channel's line; -1: none
   Side side = Side::port;
   bool ground_range = false;  ///< as stated
-  int format_code = 0;        ///< as in the file; 0: its number of bytes tells the format
+  int format_code = 0;        ///< as in the file; 0: the bytes per sample define the format
   SampleFormat format = SampleFormat::unknown;
-  std::size_t samples = 0;        ///< where a ping does not state them
-  std::size_t first_samples = 0;  ///< of the first ping that has some; 0: none has
+  std::size_t samples = 0;        ///< for pings that do not state a number of samples
+  std::size_t first_samples = 0;  ///< in the first ping with samples; 0: no ping has samples
   double frequency_hz = 0.0;
   double beamwidth_rad = 0.0, vertical_beamwidth_rad = 0.0, tilt_rad = 0.0;
 };
@@ -66,13 +57,14 @@ std::size_t packet_size(const RecordingBytes& bytes) {
   return bytes.at<std::uint16_t>(0) == xtf_magic && size >= packet_header ? size : 0;
 }
 
-/// An angle of CHANINFO in radians; 0 if it is no beam's.
+/// An angle of CHANINFO in radians; 0 if it is unknown or beyond 180 degrees.
 double beam_rad(const RecordingBytes& info, std::size_t offset) {
   const double degrees = info.known<float>(offset).value_or(0.0);
   return std::abs(degrees) <= 180.0 ? degrees * degree : 0.0;
 }
 
-/// From the codes of CHANINFO: its sample format, else its bytes per sample; unipolar or bipolar.
+/// The sample format that CHANINFO states: by its code, or if that is 0 by the bytes per sample,
+/// and by whether samples are unipolar or bipolar.
 SampleFormat sample_format(const RecordingBytes& info) {
   const bool bipolar = info.at<std::uint16_t>(4) == 0;
   switch (info.at<std::uint8_t>(74)) {
@@ -112,7 +104,7 @@ float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i,
   return std::abs(bytes.at<float>(offset));
 }
 
-/// The channels of each kind that the file's header counts, with their names.
+/// The number of channels of each kind in the file's header, and the name of the kind.
 std::vector<std::pair<std::size_t, std::string_view>> counted_channels(const RecordingBytes& file) {
   return {{file.at<std::uint16_t>(166), "sonar"},
           {file.at<std::uint16_t>(168), "bathymetry"},
@@ -128,39 +120,25 @@ std::size_t number_of_channels(const RecordingBytes& file) {
   return sum;
 }
 
-constexpr int navigation_packet = 42, raw_navigation_packet = 107;
+bool is_navigation(int packet_type) { return packet_type == 42 || packet_type == 107; }
 
-/// What a packet is that has no sidescan samples (Triton, eXtended Triton Format, rev. 41,
-/// HeaderType).
+/// The kind of a packet without sidescan samples, for messages (Triton, eXtended Triton Format,
+/// rev. 41, HeaderType).
 std::string kind_of_packet(int type) {
+  constexpr std::array bathymetry{2, 9, 10, 14, 17, 18, 25, 28, 61, 65, 68, 73};
   std::string_view kind;
-  switch (type) {
-    case 0: kind = ", sonar without samples of port or starboard"; break;
-    case 1: kind = ", notes"; break;
-    case 2:
-    case 9:
-    case 10:
-    case 14:
-    case 17:
-    case 18:
-    case 25:
-    case 28:
-    case 61:
-    case 65:
-    case 68:
-    case 73: kind = ", bathymetry"; break;
-    case 3: kind = ", attitude"; break;
-    case navigation_packet:
-    case raw_navigation_packet: kind = ", navigation"; break;
-    default: break;
-  }
+  if (type == 0) kind = ", sonar without samples of port or starboard";
+  if (type == 1) kind = ", notes";
+  if (type == 3) kind = ", attitude";
+  if (is_navigation(type)) kind = ", navigation";
+  if (std::ranges::find(bathymetry, type) != bathymetry.end()) kind = ", bathymetry";
   return fmt::format("packets of type {}{}", type, kind);
 }
 
 class XtfReader {
  public:
   explicit XtfReader(std::span<const std::byte> bytes) : file_(bytes) {
-    // The header of some files is 1024 bytes although they have more than 6 channels.
+    // Some files have more than 6 channels, but a file header of only 1024 bytes.
     begin_ = packet_size(file_.part(file_header)) > 0 ? file_header : header_end();
     const std::size_t channels = number_of_channels(file_);
     for (std::size_t k = 0; k < channels && file_.has(first_channel_info + k * channel_info, 1);
@@ -194,7 +172,7 @@ class XtfReader {
           [&](const RecordingBytes& packet) {
             if (is_sonar(packet) && read_ping(packet, geographic)) return;
             const int type = packet.at<std::uint8_t>(2);
-            if (type == navigation_packet || type == raw_navigation_packet)
+            if (is_navigation(type))
               lines_.other_navigation(kind_of_packet(type));
             else
               lines_.other(kind_of_packet(type));
@@ -249,7 +227,7 @@ class XtfReader {
   }
 
  private:
-  /// Throws RecordingError if no sidescan channel can be read, because of its sample format.
+  /// Throws RecordingError if there are sidescan channels, but none has a supported sample format.
   void refuse_formats(std::string_view name) const {
     const Channel* unknown = nullptr;
     for (const Channel& channel : channels_) {
@@ -263,7 +241,7 @@ class XtfReader {
           unknown->format_code));
   }
 
-  /// With more than 6 channels the file's header takes more blocks of 1024 bytes.
+  /// The size of the file's header: whole blocks of 1024 bytes; the first block has 6 channels.
   std::size_t header_end() const {
     const std::size_t used = first_channel_info + number_of_channels(file_) * channel_info;
     return (used + file_header - 1) / file_header * file_header;
@@ -274,8 +252,8 @@ class XtfReader {
     return packet.at<std::uint8_t>(2) == sonar_packet && packet.size() >= ping_header;
   }
 
-  /// Calls take(channel, header, bytes, samples) for each channel of a ping that has samples, of
-  /// which `bytes` are the first and all that follow.
+  /// Calls take(channel, header, bytes, samples) for each channel with samples in a ping's packet.
+  /// `bytes` begins with the channel's samples and ends with the packet.
   template <class Take>
   void over_samples(const RecordingBytes& packet, Take&& take) {
     std::size_t at = ping_header;
@@ -283,7 +261,7 @@ class XtfReader {
          --left) {
       const RecordingBytes header = packet.part(at, channel_header);
       const std::size_t number = header.at<std::uint16_t>(0);
-      if (number >= channels_.size()) {  // the length of its samples is unknown
+      if (number >= channels_.size()) {  // the length of a sample is unknown
         ++unlike_header_;
         return;
       }
@@ -305,8 +283,8 @@ class XtfReader {
     }
   }
 
-  /// Gives each sidescan channel that has samples its line: port and starboard of one frequency,
-  /// best with as many samples, in the order of the header.
+  /// Sets the line of each sidescan channel that has samples. A line has a port and a starboard
+  /// channel of one frequency, best with equal numbers of samples, in the order of the header.
   void pair_channels() {
     LineBuilder uncounted(format_name);
     over_packets(
@@ -334,7 +312,7 @@ class XtfReader {
     }
   }
 
-  /// The first channels of port and of starboard whose line has no other side; null: none.
+  /// The first port and the first starboard channel that are alone in their lines; null: none.
   std::pair<const Channel*, const Channel*> lone_channels() const {
     const auto first = [&](Side side) -> const Channel* {
       const auto found = std::ranges::find_if(channels_, [&](const Channel& channel) {
@@ -349,7 +327,7 @@ class XtfReader {
     return std::ranges::count(channels_, channel.line, &Channel::line) == 1;
   }
 
-  /// How unlike the two sides of one line two channels are; `unlike`: they are of different sonars.
+  /// How much two channels differ from two sides of one line; `unlike`: they are of two sonars.
   static constexpr double unlike = 10.0;
   static double unlikeness(const Channel& a, const Channel& b) {
     constexpr double one_unstated = 1.0, other_samples = 0.01;
@@ -392,7 +370,7 @@ class XtfReader {
     return has_samples;
   }
 
-  /// The file's, else the name that both channels of a line have.
+  /// The sonar's name in the file header, else the name that both channels of the line have.
   std::string sonar_name(const Channel& channel) const {
     std::string name = file_.text(18, 16);
     if (name.empty() && std::ranges::count_if(channels_, [&](const Channel& other) {
@@ -407,10 +385,11 @@ class XtfReader {
     double sample_m = 0.0;       ///< 0: not stated
     std::size_t unrecorded = 0;  ///< as RecordedPing::unrecorded
   };
-  /// The specification (Triton, eXtended Triton Format, rev. 41, XTFPINGCHANHEADER) has SlantRange,
-  /// "of the data", TimeDelay, the seconds to the start of the recorded data, and TimeDuration, the
-  /// seconds recorded, typically SlantRange / 750 m/s. So SlantRange is the extent of the samples,
-  /// unless delay and duration add up to it.
+  /// The specification (Triton, eXtended Triton Format, rev. 41, XTFPINGCHANHEADER) has three
+  /// fields: SlantRange, "of the data"; TimeDelay, the seconds to the start of the recorded data;
+  /// and TimeDuration, the seconds recorded, typically SlantRange / 750 m/s. So SlantRange is the
+  /// extent of the samples, unless delay and duration, as ranges, add up to SlantRange. Then the
+  /// extent is the duration.
   Extent extent_of(const RecordingBytes& header, std::size_t samples, double speed_mps) {
     const double slant_m = header.at<float>(4), delay_s = header.at<float>(12),
                  duration_m = 0.5 * speed_mps * header.at<float>(16);
@@ -428,9 +407,9 @@ class XtfReader {
     return {sample_m, static_cast<std::size_t>(std::lround(delay_m / sample_m))};
   }
 
-  /// The weight of the ping's samples: an amplitude is sample x 2^-weight.
+  /// The weight of a channel's samples: amplitude = sample x 2^-weight.
   static int weight_of(const RecordingBytes& header) {
-    constexpr int most = 31;  // beyond, the field holds something else
+    constexpr int most = 31;  // a larger number is no weight
     const int weight = header.at<std::int16_t>(58);
     return std::abs(weight) <= most ? weight : 0;
   }
@@ -453,9 +432,9 @@ class XtfReader {
   std::vector<Channel> channels_;
   ByteOrder byte_order_;
   bool high_byte_first_ = false;
-  std::size_t unlike_header_ = 0;          // packets
-  static constexpr int longest_delay = 4;  // times what was recorded
-  double doubtful_delay_s_ = 0.0;          // a longer one
+  std::size_t unlike_header_ = 0;          // packets that do not agree with the file's header
+  static constexpr int longest_delay = 4;  // as a multiple of the recorded extent
+  double doubtful_delay_s_ = 0.0;          // the last longer delay; 0: none
   LineBuilder lines_{format_name};
 };
 

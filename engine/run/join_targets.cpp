@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -9,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/base/json_text.h>
@@ -27,17 +25,17 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t max_columns = 1 << 20;  // more than any scene's
+constexpr std::size_t max_columns = 1 << 20;  // more than the picture of any scene has
 constexpr std::size_t max_size = std::numeric_limits<std::size_t>::max();
 
-/// A body or a shadow, put together from those of the parts, in the rows of the whole run.
+/// The outline of a body or of a shadow in the whole run, joined from the outlines of the parts.
 class JoinedOutline {
  public:
   JoinedOutline(std::size_t rows, std::size_t columns) : rows_(rows), columns_(columns) {}
 
   std::size_t area_px() const { return area_px_; }
 
-  /// Adds an outline of targets_json() whose rows begin at `first_row` of the run.
+  /// Adds an outline in the format of targets_json(). Its row 0 is row `first_row` of the run.
   void add(const Json& outline, std::size_t first_row) {
     if (outline.is_null()) return;
     area_px_ += whole_numbers(outline.at("area_px")).get<std::size_t>();
@@ -89,7 +87,8 @@ class JoinedOutline {
     return std::min(twice, -twice) / 2;
   }
 
-  /// The pixels of a polygon along pixel edges: in each column between its horizontal edges.
+  /// Adds the pixels inside a polygon, whose edges follow pixel edges. Ordered by row, the
+  /// polygon's horizontal edges in a column alternately begin and end a run of these pixels.
   void fill(const Polygon& polygon) {
     std::map<std::size_t, std::vector<std::size_t>> edges;  // rows by column
     for (std::size_t i = 0; i < polygon.size(); i += 2) {
@@ -153,7 +152,8 @@ class JoinedOutline {
   bool has_holes_ = false;
 };
 
-/// Means over the parts, weighted by area, and all else as in the part with the largest area.
+/// A target's values. Range, ping and contrast are means over the parts, weighted by area. All
+/// other values are from the part with the largest area.
 class TargetMeans {
  public:
   void add(const Json& target, double area_px) {
@@ -184,7 +184,7 @@ class TargetMeans {
   double contrast_px_ = 0.0, contrast_ = 0.0;
 };
 
-/// A target, put together from those of the parts.
+/// A target of the whole run, joined from the targets of the parts.
 class JoinedTarget {
  public:
   /// `sights` are of the whole run.
@@ -221,7 +221,7 @@ class JoinedTarget {
  private:
   JoinedOutline body_, shadow_;
   TargetSights sights_;
-  std::optional<double> heading_deg_;  // of an object
+  std::optional<double> heading_deg_;  // only of an object
   TargetMeans of_body_, of_shadow_;
 };
 

@@ -14,8 +14,8 @@
 
 namespace ensonify::engine {
 
-/// How many pings a row of the whole run's picture shows: as few as give at most 30,000 rows, which
-/// most viewers open.
+/// How many pings each row of the whole run's picture shows: the smallest number that gives at most
+/// 30,000 rows. Most viewers open such a picture.
 std::size_t pings_per_row(std::size_t pings);
 
 /// Joins the pictures of a run's first `finished_parts` parts to FOLDER/SONAR.png, the newest ping
@@ -24,22 +24,23 @@ std::size_t pings_per_row(std::size_t pings);
 void join_pictures(const std::filesystem::path& folder, const RunParts& parts,
                    std::size_t finished_parts, const std::string& sonar);
 
-/// Joins the targets of all parts to those of the run, as targets_json() has them: outlines in rows
-/// of one ping, pings numbered as in the run, contrast, range and ping as means weighted by area.
-/// `visibility` and `sights`, by instance, are of the whole run; `visibility` is empty where it was
-/// not counted. Throws SceneError for a damaged file, std::system_error.
+/// Joins the targets of all parts to the targets of the run, in the format of targets_json(). An
+/// outline counts rows of the parts' pictures, also where a row of the joined picture is the mean
+/// of several. Pings are numbered as in the run. Contrast, range and ping are means weighted by
+/// area. `visibility` (empty if not counted) and `sights` (by instance) are of the whole run.
+/// Throws SceneError for a damaged file, std::system_error.
 std::string join_targets(const std::filesystem::path& folder, const RunParts& parts,
                          const std::string& sonar, std::span<const ObjectVisibility> visibility,
                          const std::map<std::uint32_t, TargetSights>& sights);
 
-/// What the parts [first, end) of a run made, from their part.json; no pings if there are none. The
-/// names of files begin with the part's folder. Throws SceneError as read_part_json() and
-/// PartRecord::operator+=.
+/// The sum of the records (part.json) of the parts [first, end) of a run; 0 pings if there are
+/// none. The names of the files begin with the folder of their part. Throws SceneError as
+/// read_part_json() and PartRecord::operator+=.
 PartRecord sum_of_parts(const std::filesystem::path& folder, const RunParts& parts,
                         std::size_t first, std::size_t end);
 
-/// Writes what the whole of a run in parts has, once all parts are there: pictures, targets and the
-/// manifest. Returns the run's record. `waiting` as in StagingFolder::wait_for(). Throws
+/// Writes the pictures, targets and manifest of a whole run in parts, whose parts must all be
+/// there. Returns the run's record. `waiting` is as in StagingFolder::wait_for(). Throws
 /// SceneError, std::system_error.
 PartRecord finish_run(const std::filesystem::path& folder, const RunPlan& plan,
                       const std::function<void()>& waiting);

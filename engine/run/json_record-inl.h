@@ -15,9 +15,9 @@
 
 namespace ensonify::engine {
 
-/// What read(json) returns for the JSON of a file in a run's folder. If `read` throws a
-/// std::logic_error, or an exception of the JSON library, throws SceneError with `what` is expected
-/// and the remedy.
+/// Returns read(json) for the JSON in a file of a run's folder. If `read` throws a std::logic_error
+/// or an exception of the JSON library, throws SceneError. Its message contains `what` (the
+/// expected content) and `remedy`.
 template <class Read>
 auto read_json_record(const std::filesystem::path& file, std::string_view what,
                       std::string_view remedy, Read&& read) {

@@ -9,20 +9,19 @@
 #include <ensonify/engine/run/run_state.h>
 
 namespace ensonify::engine {
+namespace {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-/// Draws the pictures of the pings that are done, if they are due and will not soon be complete.
+/// Writes the pictures of the finished pings if they are due, unless the pings end within 1 s.
 void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulator,
                    std::span<const Waterfall> images, double left_s) {
-  if (left_s < 1.0 || !run.picture_is_due()) return;
+  if (left_s < 1.0 || !run.pictures_are_due()) return;
   const Clock::time_point start = Clock::now();
   for (std::size_t i = 0; i < images.size(); ++i)
     output.show(images[i].sonar.name + ".png",
                 encode_png(picture_of(run.scene, images[i], simulator, i)));
-  run.picture.written(start);
+  run.wrote_pictures(start);
 }
 
 PartRecord write_run(const RunState& run, OutputFolder& output, const Simulator& simulator,

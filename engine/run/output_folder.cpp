@@ -14,10 +14,9 @@
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 constexpr const char* manifest_name = "manifest.json";
 constexpr const char* earlier_name = "earlier";  // a folder in the staging folder
@@ -28,8 +27,8 @@ nlohmann::json manifest_in(const fs::path& folder) {
   return json_or_null<nlohmann::json>(refine::read_file(folder / manifest_name, most_json_bytes));
 }
 
-/// The files that a folder's manifest lists, with names and sizes (`no_size` where it has none);
-/// none if there is no manifest or it is damaged.
+/// The names and sizes of the files that a folder's manifest lists (`no_size` for a file without a
+/// size). None if there is no manifest, or if it is damaged.
 std::optional<std::vector<FileRecord>> listed_files(const fs::path& folder) {
   const nlohmann::json manifest = manifest_in(folder);
   if (!manifest.is_object() || !manifest.contains("files")) return std::nullopt;
@@ -43,7 +42,7 @@ std::optional<std::vector<FileRecord>> listed_files(const fs::path& folder) {
   return files;
 }
 
-/// Those of them that are in the folder itself and have the listed size.
+/// The names of the listed files that lie directly in the folder and have the listed size.
 std::vector<std::string> own_files(const fs::path& folder) {
   std::vector<std::string> names;
   for (const FileRecord& file : listed_files(folder).value_or(std::vector<FileRecord>())) {
@@ -56,7 +55,7 @@ std::vector<std::string> own_files(const fs::path& folder) {
   return names;
 }
 
-/// The names that a folder's manifest does not list; none if it is damaged.
+/// Those of `names` that the folder's manifest does not list. Empty if the manifest is damaged.
 std::vector<std::string> not_listed(const fs::path& folder, std::span<const std::string> names) {
   std::vector<std::string> left(names.begin(), names.end());
   if (!fs::exists(folder / manifest_name)) return left;
@@ -66,11 +65,11 @@ std::vector<std::string> not_listed(const fs::path& folder, std::span<const std:
   return left;
 }
 
-/// Puts back the files of an earlier run that were set aside, unless the new run is complete.
+/// Moves the files of an earlier run from the staging folder back, unless the new run is complete.
 void restore_earlier_run(const fs::path& folder, const fs::path& staging) {
   const fs::path aside = staging / earlier_name;
   if (fs::exists(folder / manifest_name) || !fs::exists(aside / manifest_name)) return;
-  // Removes the new files that are in place already.
+  // Remove the files of the new run that are in place already.
   for (const FileRecord& file : listed_files(staging).value_or(std::vector<FileRecord>()))
     if (!fs::exists(staging / file.name)) fs::remove(folder / file.name);
   std::vector<std::string> names;
@@ -203,8 +202,8 @@ void OutputFolder::keep() {
   kept_ = true;
 }
 
-/// The old manifest is moved away first, and the new one is put in place last: a folder with a
-/// manifest has all files that it lists.
+/// Moves the old manifest away first, and puts the new manifest in place last. So a folder with a
+/// manifest always has all files that the manifest lists.
 void OutputFolder::replace_earlier_run() {
   std::vector<std::string> names;
   for (const auto& [name, record] : records_) {
@@ -226,7 +225,7 @@ void OutputFolder::replace_earlier_run() {
   }
   refine::move_files(staging_->path(), folder_, names);
   refine::move_files(staging_->path(), folder_, manifest);
-  // Of the pictures that a killed run showed.
+  // If a run was killed in show(), temporary files of its pictures are left.
   for (const std::string& name : names)
     for (const fs::path& temporary : StagingFolder::left_behind(folder_ / name))
       refine::remove_abandoned(temporary);

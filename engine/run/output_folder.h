@@ -16,42 +16,42 @@
 
 namespace ensonify::engine {
 
-/// Throws SceneError if a folder has a file or folder of one of these names.
+/// Throws SceneError if the folder contains a file or folder with one of these names.
 void require_none_of(const std::filesystem::path& folder, std::span<const std::string> names);
 
-/// The manifest of a run's folder and the files that it lists. None without a manifest, and without
-/// the list if it is damaged.
+/// The manifest of a run's folder and the files that the manifest lists. Empty if there is no
+/// manifest. Only the manifest if it is damaged.
 std::vector<std::filesystem::path> files_of_run(const std::filesystem::path& folder);
 
-/// The folder of a run, made if missing. The run's files appear in it together, and replace those
-/// of an earlier run there, which stay until then. A run that is not kept leaves nothing behind.
+/// The folder of a run, made if it is missing. The files of an earlier run in it stay until keep()
+/// replaces them by the new files, all at once. Without keep(), the new run leaves nothing behind.
 /// Several threads may write.
 class OutputFolder {
  public:
-  /// A staged folder is put in place as a whole, later, by refine::put_in_place(). Throws
-  /// std::system_error if the folder cannot be made or written to.
+  /// `staged`: the caller moves the whole folder to its place later, with refine::put_in_place().
+  /// Throws std::system_error if the folder cannot be made or written to.
   OutputFolder(std::filesystem::path folder, bool staged);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Begins a run of one part. Throws SceneError while another process makes one in this folder,
-  /// and std::system_error.
+  /// Begins a run of one part. Throws SceneError while another process makes a run there,
+  /// std::system_error.
   void begin();
-  /// Throws SceneError if the folder has a file or folder of one of these names that no earlier run
-  /// there has made.
+  /// Throws SceneError if the folder contains a file or folder with one of these names that no
+  /// earlier run in this folder has made.
   void require_own(std::span<const std::string> names) const;
   /// Throws std::system_error as refine::write_staged(), and what `write_content` throws.
   void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
   void write(const std::string& name, std::string_view text);
-  /// Makes a file visible while the run lasts; write() replaces it later. If the folder has a
-  /// finished run, nothing is shown, so that this run stays as it is. Throws as
+  /// Writes a file that is visible while the run lasts; write() replaces it later. Does nothing if
+  /// the folder has a finished run, whose files must stay until keep(). Throws as
   /// refine::write_file().
   void show(const std::string& name, std::span<const std::byte> content);
   /// Puts the files in place, the manifest last. Throws std::system_error.
   void keep();
-  /// The files' records, ordered by name.
+  /// The records of the written files, ordered by name.
   std::vector<FileRecord> records() const;
   double disk_s() const { return disk_s_; }  ///< as RunReport::disk_s
 
@@ -63,11 +63,11 @@ class OutputFolder {
   std::vector<std::filesystem::path> made_;
   bool kept_ = false;
   bool holds_earlier_run_ = false;
-  bool after_killed_ = false;  // a killed run's temporary folder was there
+  bool after_killed_ = false;  // begin() found the temporary folder of a killed run
   std::optional<Claim> claim_;
   std::optional<StagingFolder> staging_;  // where the files are until they are kept
   std::set<std::string> shown_;
-  std::mutex mutex_;  // of the members below
+  std::mutex mutex_;  // guards the members below
   double disk_s_ = 0.0;
   std::map<std::string, FileRecord> records_;
 };

@@ -55,7 +55,8 @@ void read(const Json& json, Value& value) {
 
 using VisibilityBySonar = std::map<std::string, std::vector<ObjectVisibility>>;
 
-/// Of each sonar [object, alone, seen, object, ...] of the objects that a ray could have met.
+/// For each sonar the numbers [object, alone, seen, object, alone, seen, ...] of the objects that a
+/// ray could have met.
 Json written(const VisibilityBySonar& by_sonar) {
   Json json = Json::object();
   for (const auto& [sonar, views] : by_sonar) {
@@ -80,8 +81,9 @@ void read(const Json& json, VisibilityBySonar& by_sonar) {
 
 using SightsBySonar = std::map<std::string, std::map<std::uint32_t, TargetSights>>;
 
-/// Of each sonar [instance, whether of the body, pixels to port, to starboard, directions north,
-/// east], and so on; if the sonar has further sectors, their pixels by name follow.
+/// For each sonar a list; its entries are [instance, true for the body or false for the shadow,
+/// pixels to port, pixels to starboard, Sight::directions to the north and east]. If the sonar has
+/// further sectors, an object follows with their pixels by name.
 Json written(const SightsBySonar& by_sonar) {
   Json json = Json::object();
   for (const auto& [sonar, targets] : by_sonar) {
@@ -236,7 +238,7 @@ std::string manifest_json(const RunPlan& plan, const PartRecord& run) {
                              {"first_ping", parts.range(part).first},
                              {"pings", parts.range(part).count}});
   if (!run.verification.empty()) json["verification"] = run.verification;
-  // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
+  // json_text() replaces bytes that are not UTF-8 by U+FFFD; scene_hash is of the original bytes.
   return json_text(json, 2) + "\n";
 }
 

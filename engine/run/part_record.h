@@ -14,38 +14,37 @@
 
 namespace ensonify::engine {
 
-/// How a sonar sees a target in parts of a run: its body, and its shadow in those parts that show
-/// no body.
+/// How a sonar sees a target in one or more parts of a run. A part that shows the target's body
+/// adds to `body`; a part that shows only the shadow adds to `shadow`.
 struct TargetSights {
   Sight body, shadow;
 };
 
-/// The record of a part of a run when its files are written (the content of its part.json), or of
-/// the whole run. Counts and verification as in RunReport.
+/// The record of a part of a run (the content of part.json) or of a whole run. Counts and
+/// verification are as in RunReport.
 struct PartRecord {
-  std::string run_xxh128;  ///< hash_of() the plan of its run
+  std::string run_xxh128;  ///< hash_of() the run's plan
   PingRange pings;
   std::string surface;    ///< as in SeafloorOrigin
   std::string code_path;  ///< as SimulatorInternals::code_path()
   LabelNames names;       ///< of the labels in the files
   /// Counts of the seafloor: vertices, faces, repairs. The same for all parts.
   std::map<std::string, std::uint64_t> seafloor;
-  /// Pings, rays, hits, starved bins, ...; those of several parts add up.
+  /// Pings, rays, hits, starved bins, ...; of several parts the sums.
   std::map<std::string, std::uint64_t> counts;
   std::map<std::string, std::uint64_t> verification;
   std::uint64_t pings_over_hole = 0;
-  /// By name of the sonar: how much of the seafloor's objects was seen; empty if that was not
-  /// counted.
+  /// By name of the sonar: how much it saw of each object of the seafloor; empty if not counted.
   std::map<std::string, std::vector<ObjectVisibility>> object_visibility;
   /// By name of the sonar, then by instance.
   std::map<std::string, std::map<std::uint32_t, TargetSights>> target_sights;
   std::vector<std::string> warnings;  ///< about the scene and its track; the same for all parts
   std::vector<FileRecord> files;
 
-  /// Adds the part that follows. Throws SceneError if it was made in another way: with
-  /// other code, or over another seafloor.
+  /// Adds the record of the next part. Throws SceneError if the surface, the code path or the
+  /// seafloor of that part is another one.
   PartRecord& operator+=(const PartRecord& next);
-  /// All counts, those of the seafloor included.
+  /// `counts` and `seafloor` together.
   std::map<std::string, std::uint64_t> all_counts() const;
 };
 

@@ -27,16 +27,18 @@ namespace ensonify::engine {
 struct Stopped : Error {
   using Error::Error;
 };
-/// The same for a run in parts: the finished parts remain, and the same call makes the others.
+/// Thrown by a run in several parts when it was asked to stop: the finished parts remain, and the
+/// same call of run() makes the missing parts.
 struct StoppedBetweenParts : Stopped {
   using Stopped::Stopped;
 };
 
-/// Share `index` of `count` of a dataset's samples or of a run's parts: consecutive ones.
+/// Share number `index` (from 0) of `count` shares: consecutive samples of a dataset, or
+/// consecutive parts of a run.
 struct Shard {
   std::size_t index = 0, count = 1;
 
-  /// The share of `all` samples or parts: from begin() until end().
+  /// The share of `all` samples or parts is [begin(all), end(all)).
   std::size_t begin(std::size_t all) const { return all * index / count; }
   std::size_t end(std::size_t all) const { return all * (index + 1) / count; }
 };
@@ -54,10 +56,10 @@ struct RunOutputs {
   const Simulator& simulator;
   /// One per sonar, with the numbers of the labels that its files have.
   std::span<const Waterfall> lines;
-  std::span<const Picture> pictures;  ///< one per sonar, that of NAME.png
-  /// One list per sonar, that of NAME_targets.json.
+  std::span<const Picture> pictures;  ///< one per sonar, the picture in NAME.png
+  /// One list per sonar, the targets in NAME_targets.json.
   std::span<const std::vector<TargetRecord>> targets;
-  /// By sonar, how much of each object of the seafloor was seen; empty if that was not counted.
+  /// For each sonar, how much of each object of the seafloor it saw; empty if this was not counted.
   std::span<const std::vector<ObjectVisibility>> object_visibility;
 };
 
@@ -73,8 +75,8 @@ struct RunControl {
   MemoryLimit memory = {};                                ///< as in Preparation
   std::size_t verify_pings = 0;  ///< how many pings are compared with the exact reference
   bool growing_picture = true;   ///< whether pictures are written during the run
-  /// Whether the caller moves the folder to its place with refine::put_in_place(), which syncs its
-  /// files. Otherwise run() syncs each (of a run of one part).
+  /// Whether the caller moves the folder to its place with refine::put_in_place(), which writes its
+  /// files to the disk (sync). If not, run() does this for a run of one part.
   bool staged = false;
   /// Which parts of a run in several parts are made. After all shares are made, merge_run()
   /// completes the run. A share without parts makes no pings, and a warning reports it.
@@ -90,15 +92,15 @@ struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
   /// What the comparison with the reference found; empty unless verify_pings was set.
   std::map<std::string, std::uint64_t> verification;
-  /// Those of the manifest, and of the scene's text and the cache, on which the files do not
-  /// depend.
+  /// The warnings of the manifest, and also those about the scene's text and the cache, which the
+  /// manifest does not have because the files do not depend on them.
   std::vector<std::string> warnings;
   Extrapolation extrapolation;  ///< not among the warnings
   SeafloorOrigin origin;
   std::vector<std::filesystem::path> files;  ///< by name
   std::size_t parts = 1;                     ///< of the whole run
-  std::size_t parts_found = 0;               ///< that were finished before
-  bool complete = true;                      ///< false: a share of the parts was made
+  std::size_t parts_found = 0;               ///< parts that were finished before this call
+  bool complete = true;                      ///< false: only a share of the parts was made
   StageTimes stages;                         ///< summed over threads
   double prepare_s = 0.0;                    ///< seafloor and surface
   double pings_s = 0.0;                      ///< wall time of all pings

@@ -5,17 +5,13 @@
 #include <functional>
 #include <future>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <variant>
-#include <vector>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/picture_columns.h>
-#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/output/pings_csv.h>
 #include <ensonify/engine/output/png.h>
@@ -53,20 +49,6 @@ Recording recording_of(const RunState& run, const Waterfall& image, const Simula
   return make_recording(image, SimulatorInternals::full_scale_by_beam(simulator, sonar), frame);
 }
 
-PictureColumns columns_of_picture(const Scene& scene, const Simulator& simulator,
-                                  std::size_t sonar) {
-  return picture_columns(simulator.sonars()[sonar], scene.display,
-                         simulator.calibration(sonar).row_spacing_m);
-}
-
-std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
-                                    const Simulator& simulator, std::size_t sonar,
-                                    const NeighbourRows& neighbours, const LabelNames& names) {
-  return encode_png(with_legend(
-      lay_truth(image, render(image, scene.display, simulator.calibration(sonar), 8, &neighbours),
-                names.classes, names.materials, columns_of_picture(scene, simulator, sonar))));
-}
-
 void count(const ScenePings& pings, PartRecord& record) {
   std::map<std::string, std::uint64_t>& counts = record.counts;
   counts["pings"] = pings.pings.count;
@@ -88,16 +70,14 @@ void count(const ScenePings& pings, PartRecord& record) {
   record.pings_over_hole = static_cast<std::uint64_t>(rows_over_hole / first.sonar.beams);
   for (std::size_t i = 0; i < pings.images.size(); ++i)
     record.object_visibility[pings.images[i].sonar.name] = pings.object_visibility[i];
-}
-
-std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
-  std::map<std::string, std::uint64_t> counts = {{"pings", pings.verified_pings}};
+  if (pings.verified_pings == 0) return;
+  record.verification["pings"] = pings.verified_pings;
   for_each_count(pings.verified,
-                 [&](const char* name, std::uint64_t count) { counts[name] = count; });
-  return counts;
+                 [&](const char* name, std::uint64_t count) { record.verification[name] = count; });
 }
 
-/// Gives the labels of the images the numbers of the output's names.
+/// The record of the pings, without files. Renumbers the labels of the images to the names that the
+/// scene's output asks for.
 PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulator& simulator) {
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = run.scene.output;
@@ -111,25 +91,7 @@ PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulato
                                  {"repairs", seafloor.repairs}},
                     .warnings = run.report.extrapolation.appended_to(run.warnings)};
   count(pings, record);
-  if (pings.verified_pings > 0) record.verification = verification_of(pings);
   return record;
-}
-
-std::vector<const OutputFormat*> recording_formats(const OutputOptions& output) {
-  std::vector<const OutputFormat*> formats;
-  for (const OutputFormat& format : output_formats())
-    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
-      formats.push_back(&format);
-  return formats;
-}
-
-/// The sonar's picture in grey, with the pixels of the layers.
-Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
-                   std::size_t sonar, const NeighbourRows& neighbours) {
-  Display display = scene.display;
-  display.palette = Palette::grey;
-  display.slant_range_correction = display.speed_correction = false;
-  return render(image, display, simulator.calibration(sonar), 8, &neighbours);
 }
 
 }  // namespace
@@ -161,18 +123,20 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& endin
 
 double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::size_t pings,
                        std::size_t parts) {
-  constexpr double headers = 16384.0;      // of the files of a sonar's part, and its record
-  constexpr double table_row = 500.0;      // 14 numbers of 20 characters, and short ones
+  // In bytes:
+  constexpr double headers = 16384.0;  // all headers of a sonar's files in a part, and part.json
+  constexpr double table_row = 500.0;  // 14 numbers of 20 characters, and short ones
   constexpr double recording_row = 600.0;  // headers of both sides
   const OutputOptions& output = scene.output;
-  double layers = 2.0;  // bytes of a pixel; a preview's
+  double layers = 2.0;  // bytes per pixel, of which 2 are for the preview
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (ImageOrigin{.encoding = output.encoding}.has_layer(name))
       layers += sizeof(typename std::decay_t<decltype(BinLayers{}.*layer)>::value_type);
   });
   const Palette palette = scene.display.palette;
   const double channels = palette == Palette::grey || palette == Palette::paper ? 1.0 : 3.0;
-  double pixel = 2.0 * channels * output.png_bits / 8.0;  // of the part, and of the whole run
+  // Bytes per pixel: once in the part's picture, once in the joined picture.
+  double pixel = 2.0 * channels * output.png_bits / 8.0;
   if (output.truth) pixel += 3.0;
   double recordings = 0.0;
   for (const OutputFormat& format : output_formats())
@@ -201,7 +165,10 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
   const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(run.plan.scene_toml), record.names,
                            output.encoding};
 
-  const std::vector<const OutputFormat*> formats = recording_formats(output);
+  std::vector<const OutputFormat*> formats;  // of recordings
+  for (const OutputFormat& format : output_formats())
+    if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
+      formats.push_back(&format);
   std::vector<std::function<void()>> tasks;
   const auto add_recordings = [&](std::size_t first, std::size_t end, const std::string& name) {
     if (formats.empty()) return;
@@ -220,15 +187,22 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
     add_recordings(0, pings.images.size(), std::string(common_recording) + ending);
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
-    const PictureColumns columns = columns_of_picture(scene, simulator, i);
+    const Calibration& calibration = simulator.calibration(i);
+    const PictureColumns columns =
+        picture_columns(simulator.sonars()[i], scene.display, calibration.row_spacing_m);
     const bool picture_is_of_preview =
         output.exr && output.png_bits == 8 && columns == columns_of_bins(image.sonar);
     const NeighbourRows& neighbours = pings.neighbours[i];
     const std::string name = image.sonar.name + ending;
+    // The sonar's picture in grey, with one pixel per value of a layer.
+    const auto render_preview = [&] {
+      Display display = scene.display;
+      display.palette = Palette::grey;
+      display.slant_range_correction = display.speed_correction = false;
+      return render(image, display, calibration, 8, &neighbours);
+    };
     const std::shared_future<Picture> preview =
-        std::async(std::launch::deferred, preview_of, std::cref(scene), std::cref(image),
-                   std::cref(simulator), i, std::cref(neighbours))
-            .share();
+        std::async(std::launch::deferred, render_preview).share();
     for (const OutputFormat& format : output_formats())
       if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
           layers && output.*format.wanted)
@@ -248,7 +222,7 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
     tasks.emplace_back([&, name] { folder.write(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
       tasks.emplace_back([&, name, i, columns, &sights = record.target_sights[image.sonar.name]] {
-        std::optional<Waterfall> in_picture;  // as the picture shows it
+        std::optional<Waterfall> in_picture;  // the labels in the picture's columns
         if (columns != columns_of_bins(image.sonar)) in_picture = truth_in_columns(columns, image);
         const Waterfall& shown = in_picture ? *in_picture : image;
         written.targets[i] = target_records(shown, seafloor, pings.object_visibility[i]);
@@ -260,9 +234,11 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
         folder.write(name + "_targets.json", targets_json(written.targets[i], shown, seafloor));
       });
     if (output.truth)
-      tasks.emplace_back([&, name, i] {
-        folder.write(name + "_truth.png",
-                     encode_truth(scene, image, simulator, i, neighbours, record.names));
+      tasks.emplace_back([&, name, columns] {
+        const TruthPicture truth =
+            lay_truth(image, render(image, scene.display, calibration, 8, &neighbours),
+                      record.names.classes, record.names.materials, columns);
+        folder.write(name + "_truth.png", encode_png(with_legend(truth)));
       });
   }
   refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });

@@ -18,7 +18,7 @@ struct RunState;     // run_state.h
 
 /// What write_files() has written.
 struct WrittenPings {
-  PartRecord record;                               ///< without the files
+  PartRecord record;                               ///< with an empty list of files
   std::vector<Picture> pictures;                   ///< by sonar
   std::vector<std::vector<TargetRecord>> targets;  ///< by sonar
 };
@@ -33,8 +33,8 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
 /// The names of the files that write_files() may write.
 std::vector<std::string> file_names(const Scene& scene, const std::string& ending);
 
-/// The most bytes of the files of a run's parts with these pings, joined pictures included; without
-/// the tables of targets.
+/// An upper limit for the bytes of all files of a run that has `pings` pings in `parts` parts. It
+/// includes the joined pictures, but not the tables of targets.
 double most_file_bytes(const Scene& scene, std::span<const Sonar> sonars, std::size_t pings,
                        std::size_t parts);
 

@@ -23,7 +23,7 @@ namespace ensonify::engine {
 /// Calls RunControl::progress. Any thread may call it. Throws Stopped if the caller asks to stop.
 class RunProgress {
  public:
-  /// The control must outlive this.
+  /// The control must outlive this object.
   explicit RunProgress(const RunControl& control) : control_(control) {}
   void report(std::string_view stage, std::size_t done, std::size_t of) {
     const std::lock_guard lock(mutex_);
@@ -32,7 +32,7 @@ class RunProgress {
     of_ = of;
     call();
   }
-  /// Repeats the last report, unless that was a moment ago.
+  /// Repeats the last report, unless that was less than 0.1 s ago.
   void repeat() {
     if (seconds_since(called_) < 0.1) return;
     const std::lock_guard lock(mutex_);
@@ -53,23 +53,7 @@ class RunProgress {
   std::atomic<Clock::time_point> called_{};
 };
 
-/// When the picture of an unfinished run is due: a second after it began, and then so rarely that
-/// pictures take at most a twentieth of the time.
-class PictureTimer {
- public:
-  bool is_due() const { return seconds_since(written_) >= std::max(1.0, 20.0 * took_s_); }
-  /// To be called after a picture that was begun at this time.
-  void written(Clock::time_point start) {
-    took_s_ = seconds_since(start);
-    written_ = Clock::now();
-  }
-
- private:
-  Clock::time_point written_ = Clock::now();  // so that a short run has none
-  double took_s_ = 0.0;
-};
-
-/// A scene's run whose seafloor and track are ready. What the references name must outlive it.
+/// A scene's run whose seafloor and track are ready. The referenced objects must outlive it.
 struct RunState {
   const Scene& scene;
   const std::filesystem::path& folder;
@@ -77,22 +61,33 @@ struct RunState {
   RunProgress& progress;
   int threads;  ///< at least 1
   RunPlan plan;
-  std::optional<GeographicPlace> middle;  ///< as TrackPoses
+  std::optional<GeographicPlace> middle;  ///< as in TrackPoses
   std::vector<std::string> warnings;      ///< about the scene and its track
   RunReport report;
-  PictureTimer picture = {};
+  Clock::time_point pictures_written = Clock::now();  ///< at first the start of the run
+  double pictures_took_s = 0.0;
 
-  bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
+  /// Pictures of an unfinished run are due 1 s after its start, and then so rarely that writing
+  /// them takes at most 1/20 of the time.
+  bool pictures_are_due() const {
+    return control.growing_picture &&
+           seconds_since(pictures_written) >= std::max(1.0, 20.0 * pictures_took_s);
+  }
+  /// Call this when the pictures are written. `start` is when their writing began.
+  void wrote_pictures(Clock::time_point start) {
+    pictures_took_s = seconds_since(start);
+    pictures_written = Clock::now();
+  }
 };
 
-/// Makes a run of one part: all images stay in memory until their files are written. Returns its
-/// record. Throws as run().
+/// Makes a run of one part: all images stay in memory until their files are written. Returns the
+/// run's record. Throws as run().
 PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulator,
                          const TrackPings& track);
 
-/// Makes the missing parts of a run in several parts, or of this process's share of them, each in a
-/// folder of its own, and completes the run once all are there. Returns the record of the run or of
-/// the share. Throws as run().
+/// Makes the missing parts of a run in several parts, each in a separate folder, or only those in
+/// this process's share. If the share is the whole run, also writes the run's joined files. Returns
+/// the record of the run or of the share. Throws as run().
 PartRecord make_several_parts(RunState& run, OutputFolder& output, Simulator& simulator,
                               const TrackPings& track);
 

@@ -39,7 +39,8 @@ class SeveralParts {
       while (!todo_.empty()) {
         ping_missing(simulator, track);
         if (todo_.empty()) break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));  // others make these
+        // Other processes make the parts in todo_.
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
         report_pings(0);
       }
     } catch (const Stopped&) {
@@ -65,7 +66,7 @@ class SeveralParts {
                        finished_.size(), parts_.count());
   }
 
-  /// Writes the plan, or compares with the one that is there.
+  /// Writes the plan, or compares it with the plan in the folder. Throws SceneError if they differ.
   void begin_folder() {
     const fs::path file = plan_file(run_.folder);
     const Claim claim = StagingFolder::wait_for(file, [&] { run_.progress.report("pings", 0, 1); });
@@ -94,8 +95,8 @@ class SeveralParts {
         run_.folder.string(), fmt::join(changes, ", ")));
   }
 
-  /// Throws SceneError if the folder has files in the way. Without a plan file, only complete parts
-  /// can belong to this run.
+  /// For a folder without a plan file: throws SceneError if it contains files or folders with names
+  /// that this run needs. Only complete parts may belong to this run.
   void require_empty_places() const {
     std::vector<std::string> names;
     for (const Sonar& sonar : run_.scene.sonars)
@@ -105,7 +106,7 @@ class SeveralParts {
     require_none_of(run_.folder, names);
   }
 
-  /// Throws SceneError if a part's place is not a folder with nothing but files of that part.
+  /// Throws SceneError unless a part's place is a folder with only files of that part.
   void require_own_files(std::size_t part) const {
     const fs::path place = place_of(part);
     std::vector<std::string> own = file_names(run_.scene, "_" + parts_.number(part));
@@ -141,8 +142,8 @@ class SeveralParts {
     for (const std::size_t part : todo_) pings_to_do_ += parts_.range(part).count;
   }
 
-  /// Whether all files of a part of this run are there, with their sizes. (`merge` compares their
-  /// hashes.)
+  /// Whether a part's folder has all files of that part of this run, with the recorded sizes.
+  /// (`merge` compares the hashes.)
   bool is_whole(std::size_t part) const {
     const fs::path place = place_of(part);
     if (!fs::exists(place / part_json_name)) return false;
@@ -172,48 +173,45 @@ class SeveralParts {
     run_.progress.report("pings", pings_done_, pings_to_do_);
   }
 
-  /// Pings the missing parts that no other process makes. Those that another one makes stay in
-  /// todo_, unless it has finished them.
+  /// Pings the parts in todo_. A part that another process is making stays in todo_.
   void ping_missing(Simulator& simulator, const TrackPings& track) {
     std::vector<std::size_t> elsewhere;
     std::map<std::size_t, Claim> claims;  // by the first ping
-    std::mutex mutex;                     // of claims, finished_ and the pictures
+    std::mutex mutex;                     // guards claims, finished_ and the pictures
     std::size_t next = 0, done_before = 0;
+    const auto next_part = [&]() -> std::optional<PingRange> {
+      while (next < todo_.size()) {
+        const std::size_t part = todo_[next++];
+        const fs::path place = place_of(part);
+        std::optional<Claim> claim = StagingFolder::try_claim(place);
+        const std::lock_guard lock(mutex);
+        if (!claim) {
+          elsewhere.push_back(part);
+        } else if (fs::exists(place)) {
+          finished_.insert(part);
+        } else {
+          claims.emplace(parts_.range(part).first, std::move(*claim));
+          return parts_.range(part);
+        }
+      }
+      return std::nullopt;
+    };
+    const auto finished = [&](const PingRange& range, ScenePings pings, const Simulator& its) {
+      const std::size_t part = parts_.part_of(range.first);
+      const Clock::time_point start = Clock::now();
+      with_memory_for("the files", [&] { write_part(its, pings, part); });
+      const std::lock_guard lock(mutex);
+      run_.report.stages += pings.stages;
+      run_.report.files_s += seconds_since(start);
+      claims.erase(range.first);
+      finished_.insert(part);
+      grow_joined_pictures(its.sonars());
+    };
+    const auto after_block = [&](std::span<const Waterfall>, std::size_t done) {
+      report_pings(done - std::exchange(done_before, done));
+    };
     ping_parts(run_.scene, simulator, track, run_.threads,
-               {.next_part = [&]() -> std::optional<PingRange> {
-                  while (next < todo_.size()) {
-                    const std::size_t part = todo_[next++];
-                    const fs::path place = place_of(part);
-                    std::optional<Claim> claim = StagingFolder::try_claim(place);
-                    const std::lock_guard lock(mutex);
-                    if (!claim) {
-                      elsewhere.push_back(part);
-                    } else if (fs::exists(place)) {
-                      finished_.insert(part);
-                    } else {
-                      claims.emplace(parts_.range(part).first, std::move(*claim));
-                      return parts_.range(part);
-                    }
-                  }
-                  return std::nullopt;
-                },
-                .finished =
-                    [&](const PingRange& range, ScenePings pings, const Simulator& its) {
-                      const std::size_t part = parts_.part_of(range.first);
-                      const Clock::time_point start = Clock::now();
-                      with_memory_for("the files", [&] { write_part(its, pings, part); });
-                      const std::lock_guard lock(mutex);
-                      run_.report.stages += pings.stages;
-                      run_.report.files_s += seconds_since(start);
-                      claims.erase(range.first);
-                      finished_.insert(part);
-                      grow_joined_pictures(its.sonars());
-                    },
-                .after_block =
-                    [&](std::span<const Waterfall>, std::size_t done) {
-                      report_pings(done - std::exchange(done_before, done));
-                    },
-                .verify_pings = run_.control.verify_pings});
+               {next_part, finished, after_block, run_.control.verify_pings});
     todo_ = std::move(elsewhere);
   }
 
@@ -231,9 +229,9 @@ class SeveralParts {
     staging.put_in_place();
   }
 
-  /// The picture of the finished parts from the first one on.
+  /// Joins the pictures of the parts before the first unfinished part.
   void grow_joined_pictures(std::span<const Sonar> sonars) {
-    if (!run_.picture_is_due() || share_.count > 1) return;
+    if (!run_.pictures_are_due() || share_.count > 1) return;
     std::size_t from_first = 0;
     while (finished_.contains(from_first)) ++from_first;
     if (from_first == 0 || from_first == parts_.count()) return;
@@ -242,7 +240,7 @@ class SeveralParts {
       if (const std::optional<Claim> claim =
               StagingFolder::try_claim(run_.folder / (sonar.name + ".png")))
         join_pictures(run_.folder, parts_, from_first, sonar.name);
-    run_.picture.written(start);
+    run_.wrote_pictures(start);
   }
 
   RunState& run_;
@@ -251,7 +249,7 @@ class SeveralParts {
   const RunParts& parts_ = plan_.parts;
   const Shard& share_ = run_.control.shard;
   const std::size_t first_ = share_.begin(parts_.count()), end_ = share_.end(parts_.count());
-  std::vector<std::size_t> todo_;  // parts
+  std::vector<std::size_t> todo_;  // parts of the share that are not finished
   std::set<std::size_t> finished_;
   std::size_t pings_to_do_ = 0;
   std::size_t pings_done_ = 0;

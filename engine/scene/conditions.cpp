@@ -7,13 +7,14 @@
 namespace ensonify::engine {
 namespace {
 
-// A towed or a small autonomous vehicle: rms movements with the period of waves (typical values of
-// a slight sea), and slow ones by steering and depth keeping as two recordings show
-// (bench/realism). The vehicles of those turn by 1.0 and 1.1 degrees per second (rms), this one by
-// 0.4: a towfish for long ranges turns less, for its beam must not leave an echo that is 0.2 s old.
+// The motion of a towed or small autonomous vehicle. The rms movements with the period of waves are
+// typical of a slight sea. The slow movements, by steering and depth keeping, are those of two
+// recordings (bench/realism). The vehicles of the recordings turn by 1.0 and 1.1 degrees per second
+// (rms), this one by 0.4: a towfish for long ranges must turn less, or an echo that arrives after
+// 0.2 s would be outside its beam.
 MotionOptions survey_motion() {
   MotionOptions motion;
-  motion.crab_rad = 11.0 * degree;  // medians of the recordings: 7 and 15
+  motion.crab_rad = 11.0 * degree;  // the medians of the recordings are 7 and 15
   motion.roll = {.rms = 0.8 * degree, .period_s = 5.0, .wander_rms = 0.7 * degree, .wander_s = 6.0};
   motion.pitch = {
       .rms = 0.4 * degree, .period_s = 5.0, .wander_rms = 1.0 * degree, .wander_s = 6.0};
@@ -23,10 +24,10 @@ MotionOptions survey_motion() {
   return motion;
 }
 
-// What recordings show: levels 2 to 6 dB below full scale at 30 % of the range, which fall by 7 to
-// 9 dB to its end, a mean amplitude of 0.25 to 0.45 of full scale, noise after the gain 25 to 35 dB
-// below the bed, which changes along the line by 2.5 to 5.5 dB (rms), and a contrast near that of
-// the largest of three looks.
+// Recordings show: levels that are 2 to 6 dB below full scale at 30 % of the range and fall by 7 to
+// 9 dB up to its end; a mean amplitude of 0.25 to 0.45 of full scale; noise after the gain that is
+// 25 to 35 dB below the bed and changes by 2.5 to 5.5 dB (rms) along the line; and a contrast near
+// that of the largest of three looks.
 void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.spreading = 30.0;
   receiver.bed_level_db = -9.5;
@@ -36,18 +37,18 @@ void use_survey_recorder(ReceiverOptions& receiver) {
   receiver.detector = Detector::peak;
 }
 
-// The echoes of two recordings ripple over the angle, by 3.4 and 2.8 dB on the sides of one and by
-// 0.4 and 0.9 dB on those of the other (bench/realism/ripple.py): bands along the track that follow
-// the altitude. An echo has the ripple of the beam twice. A measured beam has its own.
+// The levels of two recordings ripple over the angle (bench/realism/ripple.py): by 3.4 and 2.8 dB
+// on the sides of one, by 0.4 and 0.9 dB on the sides of the other. These are bands along the track
+// that follow the altitude. An echo has the ripple of the beam twice. A measured beam has its own.
 void use_survey_beam(VerticalPattern& vertical) {
   if (!vertical.file.empty()) return;
   vertical.ripple_db = 1.0;
   vertical.ripple_dark_rad = 36.0 * degree;
 }
 
-// Turbid coastal water at hundreds of kilohertz. Both were chosen by the water columns of two
-// recordings: single bright points, about as many per cell over its volume as near one of the
-// sonars (bench/realism).
+// Turbid coastal water at some hundred kilohertz. Both numbers were chosen by the water columns of
+// two recordings (bench/realism): these have single bright points, and about as many per volume of
+// a cell near one of the sonars.
 void use_survey_water(Scene& scene) {
   scene.arrivals.volume = true;
   scene.sea.state.volume_scattering_db = -55.0;
@@ -61,18 +62,19 @@ void use_conditions(Scene& scene) {
       std::ranges::any_of(scene.sonars, [](const Sonar& sonar) { return !sonar.preset.empty(); });
   if (scene.conditions == Conditions::survey ||
       (scene.conditions == Conditions::by_preset && has_preset)) {
-    if (scene.track.kind != TrackKind::file) scene.motion = survey_motion();  // else it has its own
+    // a file has its own motion
+    if (scene.track.kind != TrackKind::file) scene.motion = survey_motion();
     scene.arrivals.surface = true;
     use_survey_water(scene);
-    scene.arrivals.burst_m = 0.12;  // two recordings are bright from the transmitter for 0.2 m
+    scene.arrivals.burst_m = 0.12;  // in two recordings, the first 0.2 m are bright
     for (Sonar& sonar : scene.sonars) {
       use_survey_recorder(sonar.receiver);
       use_survey_beam(sonar.vertical);
     }
-    // On displays at sea, beds get darker with range. With Lambert's law, a gain of 50 would make the
-    // bed equally bright at all ranges.
+    // On displays at sea, beds get darker with range. For a bed by Lambert's law, a gain of 50
+    // would make all ranges equally bright.
     scene.display.spreading = 30.0;
-    scene.display.track_smoothing_px = 0.45;  // rows at even distances
+    scene.display.track_smoothing_px = 0.45;  // as with interpolated rows
   } else if (scene.conditions == Conditions::ideal) {
     scene.texture = false;
   }

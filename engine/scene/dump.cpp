@@ -24,7 +24,7 @@ void dump(std::string& out, const Section<Owner>& section, std::string_view head
   }
 }
 
-/// An optional table as a commented-out example.
+/// Dumps an optional table as an example that is commented out.
 template <class Owner>
 void dump_example(std::string& out, const Section<Owner>& section, std::string_view heading) {
   Owner example;
@@ -37,7 +37,8 @@ void dump_example(std::string& out, const Section<Owner>& section, std::string_v
   }
 }
 
-/// For people: degrees with four digits, because those of a value in radians may have seventeen.
+/// The default of a key as text for readers. Degrees have four digits, since the exact text of a
+/// value in radians may have seventeen.
 template <class Owner>
 std::string default_text(const Key<Owner>& key, const Owner& owner) {
   const ConstOption option = key.option(owner);

@@ -6,11 +6,11 @@
 
 namespace ensonify::engine {
 
-/// A commented TOML file with every key, its unit, range and value, that reads back to the same
-/// scene; it names files as the scene did.
+/// A TOML file with every key and its value; with comments, also its unit and range. Reading the
+/// file gives the same scene. Files have the names that they have in the scene.
 std::string dump_scene(const Scene& scene, bool with_comments = true);
 
-/// The table of keys as a reference page in Markdown: key, what it is, what is expected, default.
+/// A reference page of all keys in Markdown: what each is, what is expected, and its default.
 std::string schema_text();
 
 }  // namespace ensonify::engine

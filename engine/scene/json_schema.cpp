@@ -12,9 +12,11 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-json number(const char* type, const Range& range) {
-  return {{"type", type}, {"minimum", range.low}, {"maximum", range.high}};
+json number(const Range& range) {
+  return {{"type", "number"}, {"minimum", range.low}, {"maximum", range.high}};
 }
+
+json list_of(const json& items) { return {{"type", "array"}, {"items", items}}; }
 
 json whole_number(const Range& range) {
   return {{"type", "integer"},
@@ -22,8 +24,10 @@ json whole_number(const Range& range) {
           {"maximum", whole_limit(range.high)}};
 }
 
-/// Words as they are, and with - and _ exchanged, since the reader takes both.
-json words(const std::vector<std::string_view>& choices) {
+/// Any text, or one of the words. Of each word also the form with - and _ exchanged, since the
+/// reader accepts both.
+json text(const std::vector<std::string_view>& choices) {
+  if (choices.empty()) return {{"type", "string"}};
   json list = json::array();
   for (const std::string_view choice : choices) {
     list.push_back(choice);
@@ -36,7 +40,7 @@ json words(const std::vector<std::string_view>& choices) {
   return {{"type", "string"}, {"enum", list}};
 }
 
-/// What the option of a key takes; expectation() has the same in words.
+/// The schema of the values that a key accepts; expectation() states the same in words.
 json value_schema(const ConstOption& option, const Range& range,
                   const std::vector<std::string_view>& choices) {
   return std::visit(
@@ -48,26 +52,21 @@ json value_schema(const ConstOption& option, const Range& range,
                            std::is_same_v<T, std::optional<std::uint64_t>>)
           return whole_number(range);
         else if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::optional<double>>)
-          return number("number", range);
+          return number(range);
         else if constexpr (std::is_same_v<T, std::vector<double>>)
-          return {{"type", "array"}, {"items", number("number", range)}};
+          return list_of(number(range));
         else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
-          return {{"type", "array"},
-                  {"items",
-                   {{"type", "array"},
-                    {"items", number("number", range)},
-                    {"minItems", 2},
-                    {"maxItems", 2}}}};
+          return list_of(
+              {{"type", "array"}, {"items", number(range)}, {"minItems", 2}, {"maxItems", 2}});
         else if constexpr (std::is_same_v<T, std::vector<std::string>>)
-          return {{"type", "array"},
-                  {"items", choices.empty() ? json{{"type", "string"}} : words(choices)}};
+          return list_of(text(choices));
         else
-          return choices.empty() ? json{{"type", "string"}} : words(choices);
+          return text(choices);
       },
       option);
 }
 
-/// The schema of a scene, or of a recipe: there a table may stand for any value, its distribution.
+/// Writes the schema of a scene or of a recipe. In a recipe, any value may be a distribution.
 class SchemaWriter {
  public:
   explicit SchemaWriter(bool recipe) : recipe_(recipe) {}
@@ -104,7 +103,7 @@ class SchemaWriter {
   }
 
  private:
-  /// The schema of the table of a dotted name, made where it is missing.
+  /// The schema of the table with a dotted name. Tables that are missing are made.
   static json& table(json& schema, std::string_view name, std::string_view help) {
     json* at = &schema;
     while (!name.empty()) {
@@ -124,7 +123,7 @@ class SchemaWriter {
     for (const Key<Owner>& key : section.keys) {
       json value = value_schema(key.option(owner), key.range, key.choices);
       json& property = to["properties"][key.name];
-      if (drawn)  // a distribution
+      if (drawn)  // or a distribution
         property["anyOf"] = json::array({std::move(value), {{"type", "object"}}});
       else
         property = std::move(value);
@@ -139,7 +138,7 @@ class SchemaWriter {
     return schema;
   }
 
-  /// Tables [kind.NAME].
+  /// Adds the schema of tables [kind.NAME].
   template <class Owner>
   void add_named(json& schema, std::string_view kind, const Section<Owner>& section) const {
     schema["properties"][kind] = {{"type", "object"},

@@ -4,9 +4,9 @@
 
 namespace ensonify::engine {
 
-/// The keys of a scene, or of a dataset's recipe, as a JSON Schema (draft 7), with which editors
-/// complete and check TOML files. It has each key's type, range and words, but not how keys fit
-/// each other.
+/// The keys of a scene, or of a dataset's recipe, as a JSON Schema (draft 7). With it, editors
+/// complete and check TOML files. It has the type, range and words of each key, but not the
+/// conditions between keys.
 std::string json_schema(bool recipe);
 
 }  // namespace ensonify::engine

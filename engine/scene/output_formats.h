@@ -13,20 +13,20 @@
 
 namespace ensonify::engine {
 
-/// Encodes the layers of a sonar's image, piece by piece: they take the most bytes of a run.
+/// Encodes the layers of a sonar's image piece by piece, since these are most of a run's bytes.
 using EncodeLayers = void (*)(const Waterfall&, const ImageOrigin&, const refine::WriteAt&);
-/// Encodes what the sonars' own program would have recorded, of one sonar or of several.
+/// Encodes, for one sonar or several, the recording that the sonars' own program would make.
 using EncodeRecording = std::vector<std::byte> (*)(std::span<const Recording>);
 
-/// A format in which a run writes a sonar's image if the scene asks for it.
+/// A format in which a run writes the image of a sonar, if the scene requests it.
 struct OutputFormat {
-  std::string_view name;  ///< the key in [output], and the extension of the file
+  std::string_view name;  ///< the key in [output], which is also the extension of the file
   std::string_view help;
   bool OutputOptions::*wanted;
   std::variant<EncodeLayers, EncodeRecording> encode;
 };
 
-/// All formats, in the order of the keys in [output]. A new format is a row here.
+/// All formats, in the order of the keys in [output]. A new format is a new row in the source.
 std::span<const OutputFormat> output_formats();
 
 }  // namespace ensonify::engine

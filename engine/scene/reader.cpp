@@ -11,8 +11,6 @@
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
-#include <ensonify/engine/scene/checks/seabed_check.h>
-#include <ensonify/engine/scene/checks/unused_keys.h>
 #include <ensonify/engine/scene/conditions.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/keys/key_text.h>
@@ -38,7 +36,7 @@ std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
 }
 
-/// The names of keys or owners.
+/// The names of keys or of owners.
 template <class Named>
 std::vector<std::string> names_of(const std::vector<Named>& all) {
   std::vector<std::string> names;
@@ -46,13 +44,14 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
   return names;
 }
 
-/// Fills a scene from TOML tables, and keeps the place of each key.
+/// Fills a scene from TOML tables, and stores the place of each key.
 class Reader {
  public:
   explicit Reader(std::string name, const DrawnValues* drawn = nullptr)
       : source_(std::move(name)), name_(source_), drawn_(drawn) {}
 
-  void read_file(std::string_view text) {
+  /// Reads the text of a file, then applies overrides.
+  Reader& read(std::string_view text, std::span<const std::string> overrides) {
     const toml::table table = parse(text);
     require_no_recipe(table);
     const toml::node* version = table.get("version");
@@ -61,20 +60,20 @@ class Reader {
     if (const toml::table* sonars = table["sonar"].as_table()) {
       scene_.sonars = named<Sonar>(*sonars, "sonar");
       if (scene_.sonars.empty()) throw fault(*sonars, "'sonar' is empty, expected [sonar.NAME]");
-      check_file_names(*sonars);
+      for (const auto& [key, node] : *sonars)
+        if (const auto wrong = fault_of_file_names(key.str(), scene_.sonars))
+          throw fault(key, *wrong);
     }
     if (const toml::table* materials = table["material"].as_table())
       scene_.materials = named<Material>(*materials, "material");
     read_table(table, "");
-  }
-
-  void apply(const std::string& override_text) {
-    overrides_.push_back(override_text);
-    source_ = place_of_override(override_text);
-    in_file_ = false;
-    const toml::table table = parse(toml_override(override_text));
-    require_no_recipe(table);
-    read_table(table, "");
+    for (const std::string& override_text : overrides) {
+      overrides_.push_back(override_text);
+      const toml::table changed = parse_override(override_text);
+      require_no_recipe(changed);
+      read_table(changed, "");
+    }
+    return *this;
   }
 
   DatasetOptions read_dataset(std::string_view text, std::span<const std::string> overrides) {
@@ -86,9 +85,7 @@ class Reader {
     DatasetOptions options;
     read_dataset(expect_table(*node, "dataset"), "dataset", options);
     for (const std::string& override_text : overrides) {
-      source_ = place_of_override(override_text);
-      in_file_ = false;
-      const toml::table changed = parse(toml_override(override_text));
+      const toml::table changed = parse_override(override_text);
       if (const toml::node* changes = changed.get("dataset"))
         read_dataset(expect_table(*changes, "dataset"), "dataset", options);
     }
@@ -114,7 +111,7 @@ class Reader {
       }
     };
     take_defaults();
-    for (Material& material : scene_.materials) {  // their check needs what is in their tables
+    for (Material& material : scene_.materials) {  // their check needs their tables
       find_file(fmt::format("material.{}.table", material.name), material.table);
       if (!material.table.path.empty())
         material.measured = read_strength_table(material.table.path);
@@ -125,13 +122,13 @@ class Reader {
       for_each_file(scene_, find_file);
       check_seabed_files(scene_, place);
     } catch (const SceneError& error) {
-      // The key at this place of the file may be right, and only contradict the key of an override.
+      // The key at this place of the file may be right, but contradict the key of an override.
       const std::string_view message = error.what();
       if (message.starts_with("-D ")) throw;
       throw SceneError(fmt::format("{}{}", message, with_overrides(overrides_)));
     }
     Scene scene = taken();
-    if (!drawn_) scene.warnings = unused_keys(scene);  // a recipe's samples differ in what they use
+    if (!drawn_) scene.warnings = unused_keys(scene);  // samples of a recipe may use different keys
     return scene;
   }
 
@@ -149,6 +146,13 @@ class Reader {
     }
   }
 
+  /// The tables of an override; faults found from now on are at this override.
+  toml::table parse_override(const std::string& override_text) {
+    source_ = place_of_override(override_text);
+    in_file_ = false;
+    return parse(toml_override(override_text));
+  }
+
   std::string place(const toml::source_region& region) const {
     return in_file_ ? fmt::format("{}:{}:{}", source_, region.begin.line, region.begin.column)
                     : source_;
@@ -158,7 +162,8 @@ class Reader {
     return SceneError(fmt::format("{}: {}", place(node.source()), message));
   }
 
-  /// Before any key is read: a recipe's distributions would be refused as values.
+  /// Throws SceneError for a recipe. Called before keys are read, because a distribution would be
+  /// refused as a wrong value.
   void require_no_recipe(const toml::table& table) const {
     if (drawn_) return;
     for (const auto& [key, node] : table)
@@ -170,11 +175,13 @@ class Reader {
   void read_table(const toml::table& table, const std::string& section_name) {
     for (const auto& [key, node] : table) {
       const std::string path = joined(section_name, key.str());
-      if (key.str().find('.') != std::string_view::npos) {  // a quoted name, not a path
+      if (key.str().find('.') != std::string_view::npos) {  // a name in quotes, not a path
         throw unknown(key, section_name, known_names(section_name));
       } else if (path == "version") {
-        read_version(node);
-      } else if (path == "dataset" || path == "draw") {  // Recipe reads them
+        if (!node.is_integer() || node.as_integer()->get() != 1)
+          throw fault(node, fmt::format("'version' is {}, expected 1, the only version",
+                                        description(node)));
+      } else if (path == "dataset" || path == "draw") {  // Recipe reads these
       } else if (path == "sonar") {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
       } else if (path == "material") {
@@ -212,13 +219,7 @@ class Reader {
     }
   }
 
-  void read_version(const toml::node& node) {
-    if (!node.is_integer() || node.as_integer()->get() != 1)
-      throw fault(node,
-                  fmt::format("'version' is {}, expected 1, the only version", description(node)));
-  }
-
-  /// One owner for each table of `tables`, in the order of the file, which toml++ does not keep.
+  /// One owner for each table of `tables`, in the file's order, which toml++ does not keep.
   template <class Owner>
   std::vector<Owner> named(const toml::table& tables, std::string_view kind) const {
     std::vector<std::pair<toml::source_position, std::string>> order;
@@ -226,7 +227,8 @@ class Reader {
     std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<Owner> owners;
     for (auto& [position, name] : order) {
-      check_name(kind, name, tables.find(name)->first);
+      if (const auto wrong = fault_of_name(kind, name))
+        throw fault(tables.find(name)->first, *wrong);
       owners.emplace_back().name = std::move(name);
     }
     return owners;
@@ -245,7 +247,7 @@ class Reader {
                               (in_file_ ? fmt::format(", in a table [{}.NAME]", kind) : ""));
       }
       const auto owner = std::ranges::find(owners, name.str(), &Owner::name);
-      if (owner == owners.end()) {  // only an override can name one that the file does not have
+      if (owner == owners.end()) {  // only an override can name an owner that is not in the file
         const std::vector<std::string> names = names_of(owners);
         throw fault(
             name, fmt::format("the scene has no {} {}", kind, quoted_toml(name.str())) +
@@ -258,7 +260,7 @@ class Reader {
     }
   }
 
-  /// Sets the keys that were not given to the values of the scene's conditions and presets.
+  /// Sets the keys that were not given to the values that the scene's conditions and presets imply.
   void take_defaults() {
     Scene from;
     from.conditions = scene_.conditions;
@@ -284,7 +286,7 @@ class Reader {
     }
   }
 
-  /// Reads a list of tables, if the path is that of one.
+  /// Reads a list of tables, if `path` is the name of one. Returns whether it is.
   bool read_list(const toml::node& node, const std::string& path) {
     bool found = false;
     for_each_list(scene_, [&](const auto& section, auto& list) {
@@ -295,7 +297,8 @@ class Reader {
     return found;
   }
 
-  // The file has an array of tables; an override names one by its number, as in objects.0.height_m.
+  // A file has an array of tables. An override names one of these tables by its number:
+  // objects.0.height_m.
   template <class Owner>
   void read_list(const toml::node& node, const Section<Owner>& section, std::vector<Owner>& list) {
     if (const toml::array* array = node.as_array(); array && in_file_) {
@@ -344,16 +347,6 @@ class Reader {
     }
   }
 
-  void check_name(std::string_view kind, std::string_view name, const toml::key& key) const {
-    if (const auto wrong = fault_of_name(kind, name)) throw fault(key, *wrong);
-  }
-
-  void check_file_names(const toml::table& sonars) const {
-    for (const auto& [key, node] : sonars)
-      if (const auto wrong = fault_of_file_names(key.str(), scene_.sonars))
-        throw fault(key, *wrong);
-  }
-
   const toml::table& expect_table(const toml::node& node, std::string_view path) const {
     if (const toml::table* table = node.as_table()) return *table;
     throw fault(node,
@@ -368,7 +361,7 @@ class Reader {
     return nullptr;
   }
 
-  /// The keys and tables of a section.
+  /// The names of the keys and tables of a section.
   static std::vector<std::string> known_names(std::string_view section_name) {
     std::vector<std::string> names;
     if (section_name.empty()) names.insert(names.end(), {"sonar", "objects", "material"});
@@ -384,24 +377,21 @@ class Reader {
     return names;
   }
 
-  /// An unknown key: the nearest of its own section, else all of it and the nearest anywhere.
+  /// The error for an unknown key. It suggests the nearest key of the same section; if there is
+  /// none, it lists the section's keys and suggests the nearest key of all sections.
   SceneError unknown(const toml::key& key, std::string_view section_name,
                      std::vector<std::string> here) {
     std::string hint = scatter::suggestion(key.str(), here);
     if (hint.empty()) {
       std::vector<std::string> all;
-      for (const auto& section : scene_sections())
+      const auto add = [&](const auto& section) {
         for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
-      for (const auto& k : sonar_section().keys)
-        all.push_back(joined(sonar_section().name, k.name));
-      for_each_list(scene_, [&](const auto& section, const auto&) {
-        for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
-      });
-      for (const auto& k : material_section().keys)
-        all.push_back(joined(material_section().name, k.name));
-      if (drawn_)
-        for (const auto& section : dataset_sections())
-          for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
+      };
+      std::ranges::for_each(scene_sections(), add);
+      add(sonar_section());
+      for_each_list(scene_, [&](const auto& section, const auto&) { add(section); });
+      add(material_section());
+      if (drawn_) std::ranges::for_each(dataset_sections(), add);
       hint = scatter::suggestion(key.str(), all);
       if (hint.empty() || !section_name.empty())
         hint = fmt::format("; expected one of {}{}", fmt::join(here, ", "), hint);
@@ -439,11 +429,11 @@ class Reader {
   }
 
   Scene scene_;
-  std::map<std::string, std::string, std::less<>> places_;  // of keys that were given
-  std::string source_;                                      // what is being read
-  const std::string name_;                                  // the file
-  std::vector<std::string> overrides_;                      // that were applied
-  const DrawnValues* drawn_;                                // of a recipe
+  std::map<std::string, std::string, std::less<>> places_;  // places of the keys that were given
+  std::string source_;                  // the file or the override that is being read
+  const std::string name_;              // the name of the file
+  std::vector<std::string> overrides_;  // the overrides that were applied
+  const DrawnValues* drawn_;            // values that were drawn for a recipe
   bool in_file_ = true;
 };
 
@@ -501,26 +491,17 @@ Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides, const ScenePaths& paths,
                   std::span<const Material> known) {
   const refine::StandardFloats floats;
-  Reader reader{std::string(name)};
-  reader.read_file(text);
-  for (const std::string& text_of_override : overrides) reader.apply(text_of_override);
-  return reader.finish(paths, known);
+  return Reader(std::string(name)).read(text, overrides).finish(paths, known);
 }
 
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
                    const ScenePaths& paths) {
-  Reader reader(std::string(name), &drawn);
-  reader.read_file(text);
-  for (const std::string& override_text : drawn.overrides) reader.apply(override_text);
-  return reader.finish(paths);
+  return Reader(std::string(name), &drawn).read(text, drawn.overrides).finish(paths);
 }
 
 Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
                              const DrawnValues& drawn) {
-  Reader reader(std::string(name), &drawn);
-  reader.read_file(text);
-  for (const std::string& override_text : drawn.overrides) reader.apply(override_text);
-  return reader.unchecked();
+  return Reader(std::string(name), &drawn).read(text, drawn.overrides).unchecked();
 }
 
 DatasetOptions parse_dataset_options(std::string_view text, std::string_view name,

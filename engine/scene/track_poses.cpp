@@ -20,7 +20,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// A scene's track while it is being made.
+/// Builds the track of a scene.
 class TrackBuilder {
  public:
   TrackBuilder(const Scene& scene, const Ground& ground, double sound_speed_mps)
@@ -66,8 +66,7 @@ class TrackBuilder {
             (flight_.poses.back().position - flight_.poses.front().position).head<2>().norm());
       case TrackKind::lawn_mower:
         return "use fewer track.legs, or less track.leg_length_m, leg_spacing_m or turn_radius_m, "
-               "or "
-               "move track.middle_east_m and track.middle_north_m";
+               "or move track.middle_east_m and track.middle_north_m";
       case TrackKind::file: break;
     }
     return "move the track with track.middle_east_m and track.middle_north_m, or use another "
@@ -114,8 +113,8 @@ class TrackBuilder {
     warn_of_pauses(log.t_s, name);
   }
 
-  /// Warns of pings in pauses of the recorder, as between two lines. Rows that are often far apart
-  /// are not pauses: they may be the ends of straight legs.
+  /// Warns if pings lie in pauses of the recorder, as between two lines. If many rows are far
+  /// apart, these are not pauses: the rows may be the ends of straight legs.
   void warn_of_pauses(std::span<const double> rows_s, const std::string& name) {
     std::vector<double> steps_s;
     for (std::size_t row = 1; row < rows_s.size(); ++row)
@@ -162,26 +161,15 @@ class TrackBuilder {
     if (p.x() >= low.x() && p.x() <= high.x() && p.y() >= low.y() && p.y() <= high.y()) return;
     throw SceneError(
         fmt::format("track: ping {} lies off the seafloor, at {:.1f} m east, {:.1f} m north (the "
-                    "seafloor spans "
-                    "{:.1f} to {:.1f} m east, {:.1f} to {:.1f} m north); {}",
+                    "seafloor spans {:.1f} to {:.1f} m east, {:.1f} to {:.1f} m north); {}",
                     ping, p.x(), p.y(), low.x(), high.x(), low.y(), high.y(), what_to_move()));
   }
 
   void set_heights() {
-    const bool by_altitude =
-        track_.vertical == Vertical::altitude || recorded_altitude_m(0).has_value();
-    if (by_altitude) {
-      follow_bed();
-      return;
-    }
-    double sum_m = 0.0;
-    std::size_t found = 0;
-    for (const double bed_m : bed_m_)
-      if (!std::isnan(bed_m)) {
-        sum_m += bed_m;
-        ++found;
-      }
-    const double mean_bed_m = sum_m / static_cast<double>(found);
+    if (track_.vertical == Vertical::altitude || recorded_altitude_m(0)) return follow_bed();
+    std::vector<double> known_m = bed_m_;
+    std::erase_if(known_m, [](double z) { return std::isnan(z); });
+    const double mean_bed_m = mean_of(known_m);
     for (Pose& pose : flight_.poses) pose.position.z() = mean_bed_m + track_.altitude_m;
   }
 
@@ -189,8 +177,9 @@ class TrackBuilder {
     return recorded_ ? recorded_->altitude_m(flight_.poses[ping].t_s) : std::nullopt;
   }
 
-  /// A first-order servo on the altitude with a limited climb; straight lines between pings. Over a
-  /// hole it follows the last known bed, and before the first known bed that first one.
+  /// Sets heights by a first-order servo on the altitude with a limited climb; between pings the
+  /// vehicle moves straight. Over a hole it follows the last known bed, or the first one if none is
+  /// before.
   void follow_bed() {
     std::vector<Pose>& poses = flight_.poses;
     double bed_m = *std::ranges::find_if(bed_m_, [](double z) { return !std::isnan(z); });
@@ -248,7 +237,7 @@ class TrackBuilder {
                                         : "change track.altitude_m";
     const double bed_m = ground_.bed_height_m(p.x(), p.y());
     const auto fault = out_of_water(p, bed_m);
-    if (fault && bed_m > 0.0)  // no altitude helps
+    if (fault && bed_m > 0.0)  // no other altitude helps
       throw SceneError(fmt::format(
           "track: at ping {} {} is {}; the bed there rises {:.1f} m above the sea surface: move the "
           "track to where there is water{}, or check seafloor.water_level_m",
@@ -263,7 +252,7 @@ class TrackBuilder {
           ping, what, *fault, remedy, or_else));
   }
 
-  /// A pose takes microseconds, the caller's check may take as long.
+  /// Checks rarely, since a pose takes microseconds, and the caller's check may take as long.
   void check_stop() {
     if (++poses_since_check_ < 1024 || !ground_.stop_check) return;
     poses_since_check_ = 0;
@@ -278,7 +267,7 @@ class TrackBuilder {
   Motion motion_;
   double interval_s_ = 0.0;  // 0: one ping per row
   std::optional<RecordedTrack> recorded_;
-  std::vector<double> bed_m_;  // heights below the pings; NaN over a hole
+  std::vector<double> bed_m_;  // heights of the bed below the pings; NaN over a hole
   TrackPoses flight_;
 };
 

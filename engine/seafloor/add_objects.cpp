@@ -65,16 +65,15 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
         std::make_shared<const refine::HeightGrid>(height_grid(*heights, control.stop_check));
     seafloor.mean_bed_m = seafloor.grid->mean_height_m();
   }
-  std::size_t parts = 0;
-  for (const PlacedObjects::One& object : placed.objects) parts += object.parts.size();
-  require_labels(parts, "parts of objects");
-  for (const auto& [file, report] : placed.repairs) seafloor.add_repairs(report, file);
-  seafloor.warnings.insert(seafloor.warnings.end(), placed.warnings.begin(), placed.warnings.end());
-  std::size_t faces = 0, vertices = 0;
+  std::size_t parts = 0, faces = 0, vertices = 0;
   for (const PlacedObjects::One& object : placed.objects) {
+    parts += object.parts.size();
     faces += object.mesh.faces.size();
     vertices += object.mesh.positions.size();
   }
+  require_labels(parts, "parts of objects");
+  for (const auto& [file, report] : placed.repairs) seafloor.add_repairs(report, file);
+  seafloor.warnings.insert(seafloor.warnings.end(), placed.warnings.begin(), placed.warnings.end());
   seafloor.faces += faces;
   seafloor.vertices += vertices;
   if (static_cast<double>(seafloor.faces) > max_seafloor_faces)

@@ -12,8 +12,9 @@
 
 namespace ensonify::engine {
 
-/// Sets objects down on a seafloor that has none. `heights`, if given, are those of its grid, from
-/// which it is made again if objects have scours. Throws what place_objects() throws;
+/// Sets objects down on a seafloor that has none. `heights`, if not null, are the heights of the
+/// seafloor's grid. If objects have scours, the scours are added to `heights`, and the grid is made
+/// again from them. Throws what place_objects() throws;
 /// SceneError for scours without heights; std::invalid_argument for more objects than there are
 /// labels; refine::MeshError for more than 2^31 faces.
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,

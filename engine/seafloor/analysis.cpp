@@ -41,8 +41,8 @@ Eigen::Vector3d vector_of(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
-/// The JSON text that the file keeps in addition to the faces and their label numbers, and after a
-/// 0 the meshes of the objects.
+/// What the file has in addition to the faces and their label numbers: a JSON text, a byte 0, and
+/// the meshes of the objects.
 std::string about(const Seafloor& seafloor) {
   Json labels = Json::array();
   for (const Label& label : seafloor.labels) labels.push_back(to_json(label));
@@ -77,8 +77,8 @@ std::string about(const Seafloor& seafloor) {
   return json_text(json) + '\0' + bytes_of(seafloor.object_meshes);
 }
 
-/// Reads that text. Throws std::invalid_argument or Json::exception, or std::out_of_range for
-/// numbers that contradict one another.
+/// Reads what about() made. Throws std::invalid_argument or Json::exception, or std::out_of_range
+/// for numbers that contradict one another.
 void take(std::string_view about, Seafloor& seafloor) {
   const std::size_t end = std::min(about.find('\0'), about.size());
   const Json json = json_of<Json>(about.substr(0, end));
@@ -135,12 +135,11 @@ void save_analysed(const Seafloor& seafloor, const std::string& key,
 Seafloor open_analysed(const std::filesystem::path& file) {
   Seafloor seafloor;
   seafloor.labels.clear();
-  const auto mesh =
+  seafloor.progressive =
       std::make_shared<const refine::ProgressiveMesh>(refine::map_progressive_mesh(file));
-  seafloor.progressive = mesh;
-  seafloor.mesh.world_origin = mesh->world_origin;
+  seafloor.mesh.world_origin = seafloor.progressive->world_origin;
   try {
-    take(mesh->about(), seafloor);
+    take(seafloor.progressive->about(), seafloor);
   } catch (const std::exception&) {
     throw refine::MeshError(fmt::format(
         "{}: a progressive mesh without labels for its faces or without the shapes of its objects, "

@@ -8,26 +8,24 @@
 
 namespace ensonify::engine {
 
-/// The analysis phase: builds a seafloor's progressive mesh, which replaces its mesh. Where the
-/// mesh is not manifold, vertices are split; the faces stay where they are, so rays meet the same
-/// surface. The result does not depend on the number of threads. Throws what the builder throws.
-/// `stop_check` as in refine::build_by_tiles().
+/// Builds a seafloor's progressive mesh, which replaces its mesh. Where the mesh is not manifold,
+/// vertices are split; the faces stay where they are, so rays hit the same places. The result does
+/// not depend on the number of threads. `stop_check` and exceptions as of refine::build_by_tiles().
 void analyse(Seafloor& seafloor, int threads, const std::function<void()>& stop_check = {});
 
-/// Writes an analysed seafloor to a file, with a key that identifies what it was made from. Throws
-/// std::system_error.
+/// Writes an analysed seafloor with a key of what it was made from. Throws std::system_error.
 void save_analysed(const Seafloor& seafloor, const std::string& key,
                    const std::filesystem::path& file);
 
-/// Maps such a file: parts that no ping touches are never read, parts that are touched are checked
-/// first. Throws refine::MeshError for a file of another kind or a damaged one.
+/// Maps a file that save_analysed() wrote. Parts that no ping touches are never read; other parts
+/// are checked before use. Throws refine::MeshError for a damaged file or a file of another kind.
 Seafloor open_analysed(const std::filesystem::path& file);
-/// The same, if the file has this key; throws refine::MeshError otherwise.
+/// As above. Throws refine::MeshError also if the file has another key.
 Seafloor open_analysed(const std::filesystem::path& file, const std::string& key);
 
 /// The inverse of analyse(): turns an analysed seafloor back into a mesh. Faces get their original
-/// numbers, vertices the order of the hierarchy's leaves. Reads the whole file; throws
-/// refine::MeshError where it is damaged.
+/// numbers, and vertices get the order of the progressive mesh's leaves. Reads the whole file, and
+/// throws refine::MeshError if the file is damaged.
 void restore_mesh(Seafloor& seafloor);
 
 }  // namespace ensonify::engine

@@ -57,20 +57,11 @@ MeanPlane plane_of(const SeafloorOptions& options) {
   return {options.depth_m, options.slope_rad, options.downhill_rad};
 }
 
-Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed,
-                         const WorkControl& control) {
-  Heightfield field = fractal_grid(options);
-  field.z_m.resize(static_cast<std::size_t>(field.columns) * static_cast<std::size_t>(field.rows));
-  lay(plane_of(options), field, field.z_m);
-  add_fractal(field, options.fractal, seed, control);
-  add_ripples(field, options.ripples, seed, control);
-  return field;
-}
-
-/// `under_water` is the share of the points.
+/// Throws if the survey is above the sea surface. `under_water` is the share of its points that are
+/// below the sea surface.
 void refuse_all_land(const SeafloorOptions& options, double lowest_m, double highest_m,
                      double under_water) {
-  constexpr double least = 1e-3;  // fewer are wrong heights
+  constexpr double least = 1e-3;  // a smaller share of points is taken for wrong heights
   if (lowest_m < 0.0 && under_water > least) return;
   throw refine::MeshError(fmt::format(
       "{}: the whole survey lies above the sea surface{}: its heights are {:.2f} to {:.2f} m and "
@@ -121,8 +112,13 @@ Heightfield base_grid(const SeafloorOptions& options) {
 
 Heightfield make_base(const SeafloorOptions& options, std::uint64_t seed,
                       const WorkControl& control) {
-  return options.kind == SeafloorKind::fractal ? make_fractal(options, seed, control)
-                                               : make_survey(options, seed, control);
+  if (options.kind != SeafloorKind::fractal) return make_survey(options, seed, control);
+  Heightfield field = fractal_grid(options);
+  field.z_m.resize(static_cast<std::size_t>(field.columns) * static_cast<std::size_t>(field.rows));
+  lay(plane_of(options), field, field.z_m);
+  add_fractal(field, options.fractal, seed, control);
+  add_ripples(field, options.ripples, seed, control);
+  return field;
 }
 
 refine::HeightTiles::Heights base_in_windows(const SeafloorOptions& options, std::uint64_t seed) {

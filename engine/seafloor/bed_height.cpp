@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/bed_height.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -16,9 +15,9 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double faces_per_cell = 2.0;
-constexpr double max_cells_per_face = 8.0;  // on average: long faces need larger cells
+constexpr double max_cells_per_face = 8.0;  // on average; if more, the cells are made larger
 
-/// The highest of the faces seen so far above or below one place.
+/// The highest of the faces that look_at() was given and that are above or below one place.
 class Topmost {
  public:
   Topmost(double x_m, double y_m) : place_(x_m, y_m, 0.0) {}
@@ -48,6 +47,19 @@ class Topmost {
   Eigen::Vector3d place_;
   std::optional<BedPoint> highest_;
 };
+
+/// First and end of the grid lines from `low` to `high`.
+std::array<int, 2> lines_within(std::span<const float> lines, double low, double high) {
+  const auto first = std::ranges::lower_bound(lines, low) - lines.begin();
+  const auto end = std::ranges::upper_bound(lines, high) - lines.begin();
+  return {static_cast<int>(first), static_cast<int>(end)};
+}
+
+/// First and end of the cells that touch places from `low` to `high`.
+std::array<int, 2> cells_within(std::span<const float> lines, double low, double high) {
+  const auto [first, end] = lines_within(lines, low, high);
+  return {std::max(0, first - 1), std::min(static_cast<int>(lines.size()) - 1, end)};
+}
 
 double height_of(const std::optional<BedPoint>& point) {
   return point ? point->height_m : std::numeric_limits<double>::quiet_NaN();
@@ -83,7 +95,7 @@ void BedGrid::make_cells(const std::function<void()>& stop_check) {
 
   first_.assign(static_cast<std::size_t>(cells_.prod()) + 1, 0);
   for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
-    for_each_cell(face, [&](std::size_t cell) {
+    for_each_cell(cells_of(face), [&](std::size_t cell) {
       check_stop();
       ++first_[cell + 1];
     });
@@ -91,7 +103,7 @@ void BedGrid::make_cells(const std::function<void()>& stop_check) {
   faces_.resize(first_.back());
   std::vector<std::uint64_t> next(first_.begin(), first_.end() - 1);
   for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
-    for_each_cell(face, [&](std::size_t cell) {
+    for_each_cell(cells_of(face), [&](std::size_t cell) {
       check_stop();
       faces_[next[cell]++] = face;
     });
@@ -111,8 +123,8 @@ std::array<BedGrid::Cells, 2> BedGrid::cells_of(std::uint32_t face) const {
 }
 
 template <class F>
-void BedGrid::for_each_cell(std::uint32_t face, F&& f) const {
-  const auto [low, high] = cells_of(face);
+void BedGrid::for_each_cell(const std::array<Cells, 2>& ends, F&& f) const {
+  const auto& [low, high] = ends;
   for (std::int64_t row = low[1]; row <= high[1]; ++row)
     for (std::int64_t column = low[0]; column <= high[0]; ++column)
       f(static_cast<std::size_t>(row * cells_[0] + column));
@@ -124,14 +136,9 @@ refine::Bounds BedGrid::bounds() const {
 
 std::optional<BedPoint> BedGrid::top_in_grid(double x_m, double y_m) const {
   Topmost topmost(x_m, y_m);
-  // The cells that touch the place: one, or more on a line of the grid.
-  const auto cells = [](std::span<const float> lines, double place_m) {
-    const auto first = std::ranges::lower_bound(lines, place_m) - lines.begin();
-    const auto end = std::ranges::upper_bound(lines, place_m) - lines.begin();
-    return std::array{std::max(0, static_cast<int>(first) - 1),
-                      std::min(static_cast<int>(lines.size()) - 1, static_cast<int>(end))};
-  };
-  const auto columns = cells(heights_->x(), x_m), rows = cells(heights_->y(), y_m);
+  // One column and row, or two if the place is on a grid line.
+  const auto columns = cells_within(heights_->x(), x_m, x_m),
+             rows = cells_within(heights_->y(), y_m, y_m);
   for (int row = rows[0]; row < rows[1]; ++row)
     for (int column = columns[0]; column < columns[1]; ++column) {
       const refine::HeightGrid::Cell cell = heights_->cell(column, row);
@@ -168,7 +175,7 @@ PlumbLine::PlumbLine(const Seafloor& seafloor)
 double PlumbLine::height_m(double x_m, double y_m) { return height_of(top(x_m, y_m)); }
 
 std::optional<BedPoint> PlumbLine::top(double x_m, double y_m) {
-  // A fan of zero width: its slack is larger than the rounding of the place.
+  // A fan of zero width: the slack of FanVolume is larger than the rounding of the place.
   const refine::FanVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
                                .array_axis = Eigen::Vector3d::UnitX(),
                                .middle = -Eigen::Vector3d::UnitZ(),
@@ -183,15 +190,10 @@ std::optional<BedPoint> PlumbLine::top(double x_m, double y_m) {
 }
 
 std::vector<Eigen::Vector3f> BedGrid::grid_vertices_within(const refine::Bounds& box) const {
-  const auto lines_within = [](std::span<const float> lines, float low, float high) {
-    const auto first = std::ranges::lower_bound(lines, low) - lines.begin();
-    const auto end = std::ranges::upper_bound(lines, high) - lines.begin();
-    return std::array{static_cast<int>(first), static_cast<int>(end)};
-  };
-  const auto columns = lines_within(heights_->x(), box.lowest.x(), box.highest.x());
-  const auto rows = lines_within(heights_->y(), box.lowest.y(), box.highest.y());
-  const int first_cell = std::max(0, columns[0] - 1);
-  const int end_cell = std::min(heights_->columns() - 1, columns[1]);
+  const double west = double(box.lowest.x()), east = double(box.highest.x());
+  const auto columns = lines_within(heights_->x(), west, east);
+  const auto rows = lines_within(heights_->y(), double(box.lowest.y()), double(box.highest.y()));
+  const auto [first_cell, end_cell] = cells_within(heights_->x(), west, east);
   std::vector<Eigen::Vector3f> places;
   if (columns[0] >= columns[1]) return places;
   std::vector<std::uint8_t> used;
@@ -209,17 +211,14 @@ std::vector<Eigen::Vector3f> BedGrid::vertices_within(const refine::Bounds& box)
   const Cells low = cell_of(box.lowest.head<2>().cast<double>()).max(0);
   const Cells high = cell_of(box.highest.head<2>().cast<double>()).min(cells_ - 1);
   std::vector<std::uint32_t> numbers;
-  for (std::int64_t row = low[1]; row <= high[1]; ++row)
-    for (std::int64_t column = low[0]; column <= high[0]; ++column) {
-      const auto cell = static_cast<std::size_t>(row * cells_[0] + column);
-      for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i)
-        for (const std::uint32_t vertex : bed_.faces[faces_[i]]) {
-          const Eigen::Vector3f& p = bed_.positions[vertex];
-          if ((p.head<2>().array() >= box.lowest.head<2>().array()).all() &&
-              (p.head<2>().array() <= box.highest.head<2>().array()).all())
-            numbers.push_back(vertex);
-        }
-    }
+  for_each_cell({low, high}, [&](std::size_t cell) {
+    for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i)
+      for (const std::uint32_t vertex : bed_.faces[faces_[i]]) {
+        const Eigen::Array2f p = bed_.positions[vertex].head<2>().array();
+        if ((p >= box.lowest.head<2>().array()).all() && (p <= box.highest.head<2>().array()).all())
+          numbers.push_back(vertex);
+      }
+  });
   std::ranges::sort(numbers);
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   std::vector<Eigen::Vector3f> places;

@@ -15,30 +15,30 @@
 
 namespace ensonify::engine {
 
-// The classes give the height of the bed at a place: of the topmost bed face there, in local
-// metres, without objects; NaN over a hole and outside the seafloor. The height depends on the mesh
-// alone, not on the intersector, and all return the same bits.
+// The classes give the height of the bed at a place: the height of the topmost bed face there, in
+// local metres, without objects. The height is NaN over a hole and outside the seafloor. It depends
+// on the mesh alone, not on the intersector, and both classes return the same bits.
 
-/// A point of the bed, on the topmost of its faces there.
+/// A point on the topmost face of the bed at a place.
 struct BedPoint {
   double height_m;
-  std::uint32_t face;  ///< the number
+  std::uint32_t face;  ///< number of the face
 };
 
-/// Finds the face with a grid over the bed's faces, seen from above: that of its heights, or one
-/// that is made over a mesh. Thread-safe.
+/// Finds the face with a horizontal grid over the bed's faces: the bed's grid of heights, or, for a
+/// mesh, a grid that this class makes. Thread-safe.
 class BedGrid {
  public:
-  static constexpr double bytes_per_face = 24.0;  ///< memory that it needs over a mesh, at least
-  /// The seafloor must have a grid or a mesh and outlive this object. `stop_check` is called now
-  /// and then while a grid is made; what it throws ends that.
+  static constexpr double bytes_per_face = 24.0;  ///< least memory of the grid over a mesh
+  /// The seafloor must have a grid or a mesh and outlive this object. `stop_check` is called from
+  /// time to time while a grid is made, and may throw to end the work.
   explicit BedGrid(const Seafloor& seafloor, const std::function<void()>& stop_check = {});
 
   double height_m(double x_m, double y_m) const;
   /// None over a hole and outside the seafloor.
   std::optional<BedPoint> top(double x_m, double y_m) const;
 
-  /// The positions of the bed's vertices inside a box seen from above, each vertex once.
+  /// The positions of the bed's vertices whose x and y are inside the box, each vertex once.
   std::vector<Eigen::Vector3f> vertices_within(const refine::Bounds& box) const;
   /// The bed's bounding box.
   refine::Bounds bounds() const;
@@ -48,16 +48,16 @@ class BedGrid {
   Cells cell_of(const Eigen::Vector2d& place) const;
   /// The lowest and the highest column and row that the face can touch.
   std::array<Cells, 2> cells_of(std::uint32_t face) const;
-  /// Calls f(cell) for each of these cells.
+  /// Calls f(cell) for each cell in the columns and rows from ends[0] to ends[1].
   template <class F>
-  void for_each_cell(std::uint32_t face, F&& f) const;
+  void for_each_cell(const std::array<Cells, 2>& ends, F&& f) const;
 
   void make_cells(const std::function<void()>& stop_check);
   std::optional<BedPoint> top_in_grid(double x_m, double y_m) const;
   std::vector<Eigen::Vector3f> grid_vertices_within(const refine::Bounds& box) const;
 
   std::shared_ptr<const refine::HeightGrid> heights_;
-  // Without those:
+  // For a bed without heights_, the grid over its mesh:
   refine::Triangles bed_;
   Eigen::Vector2d lowest_;
   double cell_m_ = 1.0;
@@ -66,8 +66,7 @@ class BedGrid {
   std::vector<std::uint32_t> faces_;
 };
 
-/// Finds the face among those of a progressive mesh that a vertical line can touch. One thread at a
-/// time.
+/// Finds the face among the faces of a progressive mesh that a plumb line touches. Not thread-safe.
 class PlumbLine {
  public:
   /// The seafloor must have a progressive mesh, which this object shares.

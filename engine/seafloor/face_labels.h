@@ -8,8 +8,7 @@
 namespace ensonify::engine {
 
 /// Labels of a seafloor's faces and of bodies that move. All faces of moving body b have the face
-/// number Seafloor::faces + b. It refers to the seafloor and the moving labels, which must outlive
-/// it.
+/// number Seafloor::faces + b. The seafloor and the list of moving labels must outlive this object.
 class FaceLabels {
  public:
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)
@@ -19,15 +18,15 @@ class FaceLabels {
                         : seafloor.labels_in_grid ? 0
                                                   : seafloor.first_labelled) {}
 
-  /// Throws as Seafloor::label_of.
+  /// Throws what Seafloor::label_of() throws.
   std::uint16_t label_of(std::uint32_t face) const {
     if (face < first_labelled_) return 0;
     if (!moving_ || face < seafloor_->faces) return seafloor_->label_of(face);
     return static_cast<std::uint16_t>(seafloor_->labels.size() + (face - seafloor_->faces));
   }
   const Label& operator[](std::uint16_t label) const {
-    const std::size_t still = seafloor_->labels.size();
-    return label < still ? seafloor_->labels[label] : (*moving_)[label - still];
+    const std::size_t fixed = seafloor_->labels.size();
+    return label < fixed ? seafloor_->labels[label] : (*moving_)[label - fixed];
   }
 
  private:

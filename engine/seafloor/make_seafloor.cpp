@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/make_seafloor.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -24,7 +23,6 @@
 namespace ensonify::engine {
 namespace {
 
-/// The heights of a bed, and the map of its sediments.
 struct Ground {
   Heightfield field;
   SeabedMap map;
@@ -73,7 +71,7 @@ double mean_height_m(refine::Triangles triangles) {
   return sum / (3.0 * static_cast<double>(triangles.faces.size()));
 }
 
-/// A bed that was made at once, before its objects.
+/// Gives the seafloor a bed that was made at once, with its labels and without objects.
 void take_bed(const Ground& ground, std::size_t objects, const WorkControl& control,
               Seafloor& seafloor) {
   take_grid(

@@ -25,9 +25,9 @@ using scatter::Sediment, scatter::Solid;
 
 constexpr std::string_view solid = "solid", lambert = "lambert", gsab = "gsab", table = "table";
 
-/// What covers a bed, by Lambert's law. Dense Posidonia has -23 dB, nearly the same at all angles
-/// and frequencies (Lyons and Pouliquen 1998); this value gives -23 dB at 23 degrees. Shells: a
-/// typical value.
+/// What covers a bed and scatters by Lambert's law. Dense Posidonia has -23 dB, nearly the same at
+/// all angles and frequencies (Lyons and Pouliquen 1998). The mu of seagrass, -15 dB, gives -23 dB
+/// at a grazing angle of 23 degrees. The mu of shells is a typical value.
 struct Cover {
   std::string_view name;
   double mu_db;
@@ -39,9 +39,9 @@ constexpr std::array covers = {
           -14.0,
           {.shape = 0.4, .glint_share = 0.3, .glints_per_m2 = 30.0, .variation_db = 1.8}}};
 
-/// Texture of a rough solid (growth, plates, edges), the same at all grazing angles. The shape is
-/// the one with which samples change from ping to ping as on the wreck in a recording at 600 kHz
-/// (tests/engine/seafloor/material_test.cpp); the other values are typical.
+/// Texture of a rough solid (growth, plates, edges), the same at all grazing angles. With this
+/// shape, samples change from ping to ping as on a wreck in a recording at 600 kHz
+/// (tests/engine/seafloor/material_test.cpp). The other values are typical.
 constexpr scatter::GroundTexture of_rough_solids{
     .patch_m = 0.1, .shape = 1.7, .exponent = 0.0, .variation_db = 2.5, .variation_m = 5.0};
 
@@ -50,7 +50,7 @@ bool is_solid(std::string_view name) {
   return std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end();
 }
 
-/// "; the nearest names are 'steel' (a solid) and 'silt' (a sediment)", of all lists.
+/// From all lists, for example "; the nearest names are 'steel' (a solid) and 'silt' (a sediment)".
 std::string nearest_materials(std::string_view name, std::span<const Material> own) {
   std::vector<std::string_view> names, lists;
   const auto add = [&](std::string_view list, const auto& items) {
@@ -79,7 +79,7 @@ std::string nearest_materials(std::string_view name, std::span<const Material> o
   return fmt::format("; the nearest {} {}", nearest.size() == 1 ? "name is" : "names are", text);
 }
 
-/// What is wrong with a material's `like`, which is none of its model's list.
+/// The error for a material whose `like` is not in the list of its model.
 std::invalid_argument fault_of_like(const Material& material, std::string_view expected) {
   const std::vector<scatter::NamedSediment> sediments = scatter::named_sediments();
   const std::string_view like = std::string_view(material.like).substr(0, 64);
@@ -116,7 +116,7 @@ Sediment parameters_of(const Material& material) {
         Parameter{&Material::strength_cm4, &Sediment::strength_cm4}})
     if (material.*given) {
       sediment.*parameter = *(material.*given);
-      sediment.lambert_mu_db.reset();  // measured on a bed with its own parameters
+      sediment.lambert_mu_db.reset();  // it was measured on a bed with the named parameters
     }
   sediment.strength_offset_db = material.strength_offset_db;
   scatter::check(sediment);
@@ -136,7 +136,7 @@ Solid solid_of(const Material& material) {
   return known;
 }
 
-/// A lobe of gsab has a level and a width, or neither.
+/// Reads a lobe of gsab. Throws if only one of level and width is given.
 void read_lobe(std::string_view name, const std::optional<double>& level_db,
                const std::optional<double>& its_width_rad, double& level, double& width_rad) {
   if (level_db.has_value() != its_width_rad.has_value())
@@ -169,7 +169,7 @@ const scatter::StrengthTable& strengths_of(const Material& material) {
   return *material.measured;
 }
 
-/// What a table lacks for a sonar of this frequency.
+/// Descriptions of what a table lacks for a sonar of this frequency.
 std::vector<std::string> gaps_of(const scatter::StrengthTable& strengths, double frequency_hz) {
   std::vector<std::string> gaps;
   const std::vector<scatter::StrengthCurve>& curves = strengths.curves();
@@ -194,7 +194,7 @@ std::vector<std::string> gaps_of(const scatter::StrengthTable& strengths, double
   return gaps;
 }
 
-/// A model that has its own keys in a material, in place of a sediment's parameters.
+/// A model that has separate keys in a material, instead of a sediment's parameters.
 struct OwnModel {
   std::string_view name, help;
   std::unique_ptr<scatter::Backscatter> (*make)(const Material& material, double frequency_hz);
@@ -324,15 +324,11 @@ double smooth_specular(const Material& material) {
 }
 
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own) {
-  const auto is_its = [&](const auto& known) { return known.name == name; };
   std::optional<Solid> of_name;
-  if (const auto found = std::ranges::find_if(own, is_its); found != own.end()) {
-    if (found->model == solid) of_name = solid_of(*found);
-  } else {
-    const std::vector<scatter::NamedSolid> known = scatter::named_solids();
-    if (const auto named = std::ranges::find_if(known, is_its); named != known.end())
-      of_name = named->solid;
-  }
+  if (const auto found = std::ranges::find(own, name, &Material::name); found != own.end())
+    of_name = as_solid(*found);
+  else if (is_solid(name))
+    of_name = scatter::solid_named(name);
   if (!of_name || !(of_name->rough().specular > 0.0)) return std::nullopt;
   return of_name->lobe_width_rad;
 }

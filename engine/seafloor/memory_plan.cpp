@@ -10,10 +10,10 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double repair_bytes_per_face = 75.0;  // in addition to the mesh that was read
-// Of an object: its labels, the tree over all objects, and the list of their faces; then what one
-// object takes while its flat parts are found.
+// Built over objects: labels, the tree over all objects, and the list of their faces. Flat parts:
+// what one object needs while its flat parts are found.
 constexpr double built_bytes_per_face = 58.0, flat_parts_bytes_per_face = 500.0;
-// In doubles, which stays.
+// The object in its own frame, in doubles (ObjectMesh). It is kept.
 constexpr double own_bytes_per_face = sizeof(refine::Face) + 0.5 * sizeof(Eigen::Vector3d);
 
 }  // namespace

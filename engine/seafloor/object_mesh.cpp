@@ -11,7 +11,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// What stands before the positions and the faces of a mesh.
+/// The bytes before the positions and faces of a mesh.
 struct Header {
   std::array<double, 3> place;
   double rounding_m;
@@ -20,14 +20,14 @@ struct Header {
 static_assert(sizeof(Header) == 48 && std::is_trivially_copyable_v<Header>);
 static_assert(sizeof(Eigen::Vector3d) == 24 && sizeof(refine::Face) == 12);
 
-/// Takes the first bytes of a text.
+/// Moves the first `count` bytes to `to`.
 void take(std::string_view& bytes, void* to, std::size_t count) {
   if (count > bytes.size()) throw std::out_of_range("objects");
   if (count > 0) std::memcpy(to, bytes.data(), count);
   bytes.remove_prefix(count);
 }
 
-/// The same for that many items.
+/// Moves the bytes of the first `count` items to `to`.
 template <class T>
 void take(std::string_view& bytes, std::vector<T>& to, std::uint64_t count) {
   if (count > bytes.size() / sizeof(T)) throw std::out_of_range("objects");
@@ -49,8 +49,8 @@ bool is_sound(const ObjectMesh& mesh) {
 ObjectMesh::ObjectMesh(const refine::TriangleMesh& mesh) : faces(mesh.faces) {
   positions.reserve(mesh.positions.size());
   for (const Eigen::Vector3f& p : mesh.positions) positions.emplace_back(p.cast<double>());
-  // A float x is off by up to half a unit of its last place, which is between epsilon x / 2 and
-  // epsilon x: 0.14 to 0.29 epsilon x of standard deviation.
+  // The error of a float x is at most half a unit of its last place. This unit is between
+  // epsilon x / 2 and epsilon x, so the standard deviation is 0.14 to 0.29 epsilon x.
   const refine::Bounds box = refine::bounds(mesh);
   const Eigen::Vector3f farthest = box.lowest.cwiseAbs().cwiseMax(box.highest.cwiseAbs());
   rounding_m = 0.25 * std::numeric_limits<float>::epsilon() * double(farthest.norm());

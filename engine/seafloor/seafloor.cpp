@@ -10,7 +10,7 @@
 
 namespace ensonify::engine {
 
-// Faces of a bed of several materials come from a grid, so all have about the same area.
+// Counts faces, not areas: a bed of several materials is a grid of faces of about equal areas.
 std::vector<double> Seafloor::material_shares() const {
   constexpr std::size_t most = 16384;
   std::vector<std::uint16_t> sample;

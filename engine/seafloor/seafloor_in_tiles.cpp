@@ -21,16 +21,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_survey_points = 67108864.0;        // 2^26, that are read at once
-constexpr double max_points_with_detail = 268435456.0;  // 2^28, that with_detail() makes
-
-std::string not_at_once(const SeafloorOptions& options) {
-  const Heightfield grid = base_grid(options);
-  return fmt::format(
-      "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
-      "stream, live, generate, preview and analyse make it in tiles); {}",
-      grid.columns, grid.rows, smaller_bed_remedy(options, BedForm::grid));
-}
+constexpr double max_survey_points = 67108864.0;        // 2^26, read at once
+constexpr double max_points_with_detail = 268435456.0;  // 2^28, made by with_detail()
 
 /// The heights and kinds of a bed's tiles.
 refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
@@ -47,7 +39,8 @@ refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
   };
 }
 
-/// The labels of a bed whose tiles have the kinds of its points, which features have no numbers in.
+/// Adds one label per kind: a face's kind is the index of its label. Kinds have no instances, so a
+/// warning names each layer whose features would be instances.
 void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> kinds,
                  Seafloor& seafloor) {
   for (const SeabedMap::Kind& kind : kinds)
@@ -64,7 +57,8 @@ void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> k
   });
 }
 
-/// The grid whose tiles are made later. Its mean height is that of the options, or of a sample.
+/// Gives the seafloor a grid whose tiles are made later. The mean height comes from the options, or
+/// from a sample of the survey.
 void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const TileFile& tiles,
                        Seafloor& seafloor) {
   const Heightfield grid = base_grid(options);
@@ -112,7 +106,12 @@ bool needs_tiles(const SeafloorOptions& options) {
 }
 
 void require_at_once(const SeafloorOptions& options) {
-  if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+  if (!needs_tiles(options)) return;
+  const Heightfield grid = base_grid(options);
+  throw std::invalid_argument(fmt::format(
+      "seafloor: a bed of {} x {} points is too large to be made at once, which this needs (run, "
+      "stream, live, generate, preview and analyse make it in tiles); {}",
+      grid.columns, grid.rows, smaller_bed_remedy(options, BedForm::grid)));
 }
 
 Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,

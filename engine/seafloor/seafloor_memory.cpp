@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/seafloor_memory.h>
 
 #include <algorithm>
-#include <string>
 
 #include <fmt/format.h>
 
@@ -13,8 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Bytes allocated at the same time while the heights of a bed are made, 8 per point for the
-/// heights included.
+/// Bytes allocated at the same time while the heights of a bed are made, with 8 per point for them.
 double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   const double points = grid.points();
   double bytes = 8.0 * points;
@@ -27,16 +25,16 @@ double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   } else if (options.detail.cell_m > 0.0 && options.detail.height_at_1m_m != 0.0) {
     at_once(spectral_field_bytes(grid, SpectralField{}));
   }
-  // 16: the bed before all layers, and where a layer lies; 28: the relief of a roughness layer and
-  // its marks in addition.
+  // 16 bytes per point: the bed before all layers, and where a layer lies. 28: in addition the
+  // relief of a roughness layer and its marks.
   if (!options.seabed.empty()) at_once(16.0 * points);
   for (const auto& layer : options.seabed.roughness)
     at_once(28.0 * points + spectral_field_bytes(grid, fractal_field(grid, layer.relief)));
   return bytes;
 }
 
-/// Bytes that exist at the same time once the heights of a bed were made: the heights and their
-/// grid, then the grid and its mesh, then the mesh and what is built over it.
+/// The most bytes that exist at the same time after the heights of a bed are made: first the
+/// heights and their grid, then the grid and its mesh, then the mesh and what is built over it.
 double bed_bytes(const Heightfield& grid, double faces, double bytes_per_face, BedForm form) {
   const double heights = 8.0 * grid.points();
   const double in_grid = refine::HeightGrid::bytes_of(grid.columns, grid.rows);

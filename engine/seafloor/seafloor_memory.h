@@ -8,8 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Where make_seafloor() leaves the faces of a bed of heights. A mesh that was read has no heights:
-/// it is left in a mesh in any case.
+/// Where make_seafloor() leaves the faces of a bed of heights. A bed from a mesh stays a mesh.
 enum class BedForm {
   mesh,  ///< in a mesh, together with the objects' faces
   grid   ///< in the grid, with about a seventh of the memory
@@ -18,11 +17,10 @@ enum class BedForm {
 /// Advice for a message: how to need less memory for a bed of this form.
 std::string smaller_bed_remedy(const SeafloorOptions& options, BedForm form);
 
-/// Throws MemoryError before anything is made, if the options and the header show that the heights
-/// cannot fit.
+/// Throws MemoryError, before anything is made, if the heights cannot fit.
 void require_heights_fit(const SeafloorOptions& options, const MemoryPlan& plan);
 
-/// The same for the whole bed; for a survey only the heights are counted.
+/// Throws MemoryError, before anything is made, if the bed (of a survey: its heights) cannot fit.
 void require_bed_fits(const SeafloorOptions& options, const MemoryPlan& plan, BedForm form);
 
 /// Throws MemoryError if what is made of these heights cannot fit.

@@ -20,8 +20,8 @@ struct SeafloorOptions {
   double extent_north_m = 140.0;
   double cell_m = 0.2;
   double depth_m = 20.0;      ///< mean depth below the sea surface
-  double slope_rad = 0.0;     ///< of the plane without relief
-  double downhill_rad = 0.0;  ///< heading down this slope, clockwise from north
+  double slope_rad = 0.0;     ///< of the mean plane, to which the relief is added
+  double downhill_rad = 0.0;  ///< direction down this slope, clockwise from north
   FractalRelief fractal;
   RippleRelief ripples;
   // survey
@@ -35,12 +35,12 @@ struct SeafloorOptions {
   InputFile progressive;  ///< a file that `ensonify analyse` wrote: bed, objects and labels
   // mesh
   InputFile mesh;
-  double weld_tolerance_m = 0.0;  ///< vertices of the mesh this close are merged
+  double weld_tolerance_m = 0.0;  ///< vertices of the mesh that are closer are merged
   // survey, mesh
   double water_level_m = 0.0;            ///< height of the sea surface in the file's vertical datum
   std::string material = "medium sand";  ///< a name for material_named() of material.h
-  /// Thickness of the bed's uppermost layer into which sound penetrates, if its material there is a
-  /// sediment: objects buried in it echo (buried_surfaces.h). 0: none.
+  /// Thickness of the bed's uppermost layer into which sound penetrates, where the bed's material
+  /// is a sediment. Objects buried in this layer return an echo (buried_surfaces.h). 0: none.
   double penetration_m = 0.0;
 
   /// Whether the bed is a grid of heights.

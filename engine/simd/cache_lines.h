@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// Allocates memory at the start of a cache line, so that no vector load crosses two lines.
+/// Allocates memory from the start of a cache line, so that no load of a vector crosses two lines.
 template <class T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -27,7 +27,7 @@ struct CacheLineAllocator {
 template <class T>
 using CacheLines = std::vector<T, CacheLineAllocator<T>>;
 
-/// Floats in the widest vector register of any target. Arrays have padding of this size.
+/// Floats in the widest vector register of any target: arrays have this many elements of padding.
 inline constexpr std::size_t widest_vector = 64;
 
 }  // namespace ensonify::engine

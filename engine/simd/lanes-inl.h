@@ -1,4 +1,4 @@
-// What all kernels do with the lanes of a register. Kernels include it; they are compiled once per
+// Operations on the lanes of a register, for all kernels. Kernels include this file, once per
 // Highway target (vector_targets.h). It must not use inline functions of the rest of the program.
 
 #if defined(ENSONIFY_LANES) == defined(HWY_TARGET_TOGGLE)
@@ -25,7 +25,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// a b + c with one rounding.
+/// Returns a b + c, rounded once.
 template <class Vector>
 HWY_INLINE Vector fma(Vector a, Vector b, Vector c) {
 #if HWY_TARGET == HWY_SCALAR
@@ -36,7 +36,7 @@ HWY_INLINE Vector fma(Vector a, Vector b, Vector c) {
 #endif
 }
 
-/// The mask's lanes as bits; lane 0 is the lowest bit.
+/// Returns the mask as a number with one bit per lane; lane 0 is the lowest bit.
 template <class Tag, class Mask>
 HWY_INLINE unsigned bits_of(Tag tag, Mask mask) {
   static_assert(hn::MaxLanes(tag) <= 8, "one byte of bits is read");
@@ -45,7 +45,7 @@ HWY_INLINE unsigned bits_of(Tag tag, Mask mask) {
   return bits[0];
 }
 
-/// For each mask, the numbers of its lanes, packed.
+/// For each mask, a list of the numbers of the lanes that the mask selects.
 template <class Number, std::size_t of_lanes>
 struct LanesOfMask {
   static_assert(of_lanes <= 8, "each lane more doubles the table");
@@ -59,16 +59,17 @@ struct LanesOfMask {
 template <class Number, std::size_t of_lanes>
 constexpr LanesOfMask<Number, of_lanes> lanes_of_mask;
 
-/// Stores the lanes of the mask packed; overwrites what follows, up to one vector. It avoids the
-/// instruction that compresses into memory, which takes hundreds of cycles on some machines, and
-/// Highway's tables, which may be copied to the stack for each use.
+/// Stores the lanes that the mask selects, one directly after another. What follows them in memory
+/// is overwritten, up to the length of one vector. Two ways are avoided: the instruction that
+/// compresses into memory, which takes hundreds of cycles on some machines, and Highway's tables,
+/// which may be copied to the stack at each use.
 template <class Tag, class Vector, class Mask>
 HWY_INLINE void store_some(Tag tag, Vector values, Mask mask, hn::TFromD<Tag>* to) {
 #if HWY_TARGET == HWY_SCALAR
   (void)mask;
   hn::StoreU(values, tag, to);
 #else
-  if constexpr (hn::MaxLanes(tag) > 8) {  // too many for a table: such targets have an instruction
+  if constexpr (hn::MaxLanes(tag) > 8) {  // too many for a table; these targets have an instruction
     hn::StoreU(hn::Compress(values, mask), tag, to);
 #if HWY_ARCH_X86 && HWY_MAX_BYTES == 64  // AVX-512: for doubles, Highway has a table
   } else if constexpr (sizeof(values) == 64) {

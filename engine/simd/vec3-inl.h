@@ -1,5 +1,6 @@
-// Three-vectors in vector registers. Kernels include it; they are compiled once per Highway target.
-// It must not use inline functions of the rest of the program.
+// Three-dimensional vectors: a lane of three registers has the x, y and z of one vector. Kernels
+// include this file, once per Highway target. It must not use inline functions of the rest of the
+// program.
 
 #if defined(ENSONIFY_VEC3) == defined(HWY_TARGET_TOGGLE)
 #ifdef ENSONIFY_VEC3
@@ -40,7 +41,7 @@ HWY_INLINE V3 operator-(V3 a, V3 b) {
 }
 HWY_INLINE V3 operator*(V s, V3 a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
 HWY_INLINE V dot(V3 a, V3 b) { return fma(a.x, b.x, fma(a.y, b.y, hn::Mul(a.z, b.z))); }
-// Without fused operations, so that swapping the vectors changes only the sign.
+// Has no fused operations, so that cross(b, a) is exactly -cross(a, b).
 HWY_INLINE V3 cross(V3 a, V3 b) {
   return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
           hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),

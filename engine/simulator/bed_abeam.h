@@ -3,25 +3,23 @@
 #include <array>
 
 #include <ensonify/engine/simulator/prepare.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 
 /// How near and how high the bed is in the sectors of a sonar.
 struct BedAbeam {
-  double nearest_m;  ///< range, at most the height over the bed below
-  /// By sector: how far it reaches above the horizontal; 0 if not.
+  double nearest_m;  ///< range, at most the height over the bed straight below
+  /// By sector: how far the bed reaches above the horizontal; 0 if it does not.
   std::array<double, most_sectors> rise_rad;
 };
 
-/// Looks at places abeam of a sonar within its range. Height is the sonar's over the bed below it;
-/// no bed is higher than highest_m.
+/// Measures the bed at places abeam of a sonar, within its range. height_m: height of the sonar
+/// over the bed straight below. highest_m: no bed is higher.
 ///
-/// The nearest range: a place in each half octave of distance, at its far end, whose bed is taken
-/// to begin at the near end. So the range is up to 30 % too short, and hardly ever too long. A bed
-/// that is nearer by less than one step of RayLayouts is ignored: the layout would hardly change.
-/// The rise: a place in each quarter octave.
+/// For the nearest range, one place in each half octave of distance is measured, at the far end;
+/// its bed is taken to begin at the near end. So the range is up to 30 % too short, and hardly ever
+/// too long. A bed that is nearer by less than one step of RayLayouts is ignored, because the
+/// layout would hardly change. For the rise, one place in each quarter octave is measured.
 BedAbeam look_abeam(const Pose& pose, const Sonar& sonar, double height_m, double highest_m,
                     BedHeight& bed);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include <Eigen/Geometry>
 
@@ -20,8 +19,8 @@ struct NumberedMesh {
   std::vector<std::uint32_t> numbers;  // of the faces
 };
 
-/// For a seafloor whose bed is a grid: all objects, and the part of the bed that lies (seen from
-/// above) within the fans' range of the objects and of the vehicle.
+/// For a seafloor whose bed is a grid: all objects, and the part of the bed that lies, seen from
+/// above, within the range of the fans, and under the vehicle.
 NumberedMesh mesh_near(const Seafloor& seafloor, const Eigen::Vector3d& vehicle,
                        std::span<const RayFan> fans) {
   Eigen::AlignedBox2d box(vehicle.head<2>());

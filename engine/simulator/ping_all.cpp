@@ -11,8 +11,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/simulator/beyond_bed.h>
-#include <ensonify/engine/sonar/echo/plane_spacing.h>
+#include <ensonify/engine/simulator/track_warnings.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/standard_floats.h>
@@ -29,20 +28,19 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   leg_starts_ = std::move(track_poses.leg_starts);
   middle_ = track_poses.middle;
   warnings_ = std::move(track_poses.warnings);
-  if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
-                                           simulator.seafloor(), poses_))
-    warnings_.push_back(std::move(*warning));
-  if (auto warning =
-          beyond_bed_warning(simulator.sonars(), scene.seafloor, simulator.seafloor(), poses_))
-    warnings_.push_back(std::move(*warning));
-  if (auto warning = short_range_warning(simulator, poses_))
-    warnings_.push_back(std::move(*warning));
+  const std::span<const Sonar> sonars = simulator.sonars();
+  const Seafloor& seafloor = simulator.seafloor();
+  for (const std::optional<std::string>& warning :
+       {coarse_planes_warning(sonars, simulator.sound_speed_mps(), seafloor, poses_),
+        beyond_bed_warning(sonars, scene.seafloor, seafloor, poses_),
+        short_range_warning(simulator, poses_)})
+    if (warning) warnings_.push_back(*warning);
   recorded_.resize(poses_.size());
   for (std::size_t ping = 0; ping < poses_.size(); ++ping) recorded_[ping] = recorded_at(ping);
 }
 
-// A repeated ping repeats what was recorded last, its truth layers included. The first ping that is
-// not lost has nothing to repeat and is recorded itself.
+// A repeated ping repeats what was recorded last, with the truth layers. The first ping that is not
+// lost has nothing to repeat and is recorded itself.
 std::size_t TrackPings::recorded_at(std::size_t ping) const {
   const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   if (lost(ping)) return none;
@@ -60,7 +58,8 @@ Pose TrackPings::reported_at(std::size_t ping) const {
   return report;
 }
 
-// The shorter of the times to its neighbours, because a track may pause between its legs.
+// The shorter one of the times to the pings before and after, because a track may pause between its
+// legs.
 double TrackPings::interval_s(std::size_t ping) const {
   if (poses_.size() < 2) return 0.0;
   double shortest_s = std::numeric_limits<double>::infinity();
@@ -128,7 +127,7 @@ void add_counts(const Counted& before, const Counted& after, ScenePings& to) {
   for (std::size_t i = 0; i < after.object_visibility.size(); ++i) {
     const std::vector<ObjectVisibility>& now = after.object_visibility[i];
     std::vector<ObjectVisibility> then = before.object_visibility[i];
-    then.resize(now.size());  // a simulator has no counts before its first ping
+    then.resize(now.size());  // there are no counts before the simulator's first ping
     to.object_visibility[i].resize(now.size());
     for (std::size_t k = 0; k < now.size(); ++k) to.object_visibility[i][k] += now[k] - then[k];
   }
@@ -296,10 +295,16 @@ class Pings {
   std::mutex parts_lock_;  // of newest_
   std::shared_ptr<OpenPart> newest_;
   std::atomic<bool> stop_ = false;
-  std::mutex counts_lock_;         // of the counts of parts
-  std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
+  std::mutex counts_lock_;  // of the counts of parts
+  // Shared: each thread writes other rows; alone: all rows are read.
+  std::shared_mutex images_lock_;
   std::size_t done_ = 0;
 };
+
+std::string rays_for_threads(std::span<const Sonar> sonars, int threads) {
+  return fmt::format("the {:.2g} million rays of a ping, for {} thread{}", 1e-6 * rays_of(sonars),
+                     threads, threads == 1 ? "" : "s");
+}
 
 }  // namespace
 
@@ -367,15 +372,6 @@ double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
   // Bytes per ray, measured.
   return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? 43.0 : 130.0);
 }
-
-namespace {
-
-std::string rays_for_threads(std::span<const Sonar> sonars, int threads) {
-  return fmt::format("the {:.2g} million rays of a ping, for {} thread{}", 1e-6 * rays_of(sonars),
-                     threads, threads == 1 ? "" : "s");
-}
-
-}  // namespace
 
 void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
                   std::string_view intersector, int threads) {

@@ -9,9 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/image/display.h>
-#include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine {
@@ -22,7 +19,6 @@ struct PingRange {
   std::size_t end() const { return first + count; }
 };
 
-/// The result of pings of a scene.
 struct ScenePings {
   PingRange pings;
   std::vector<Waterfall> images;          ///< one per sonar
@@ -36,7 +32,6 @@ struct ScenePings {
   AgreementCounts verified;          ///< the result of the comparison
 };
 
-/// A scene's track, ping by ping.
 class TrackPings {
  public:
   /// Throws SceneError for a track that leaves the seafloor.
@@ -53,14 +48,14 @@ class TrackPings {
     PingRow row;
     std::span<const EchoLine> lines;  ///< empty for a lost ping; valid until the next ping
   };
-  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may call
-  /// this, each with its own simulator. Spare threads make the faces of the block's next pings
-  /// ready meanwhile. Throws as Simulator::ping_numbered().
+  /// A ping as a run records it. simulator: one of this seafloor. Any number of threads may call
+  /// this, each with a separate simulator. Meanwhile spare threads prepare the faces of the block's
+  /// next pings. Throws as Simulator::ping_numbered().
   PingRecord record_ping(Simulator& simulator, std::size_t ping,
                          refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
-  /// Compares the ping with the reference as SimulatorInternals::verify(); false where nothing was
+  /// Compares the ping with the reference as SimulatorInternals::verify(); false if nothing was
   /// recorded.
   bool verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const;
 
@@ -86,12 +81,12 @@ class TrackPings {
 struct PartWork {
   /// The next part to ping; none: no more. Called by one thread at a time.
   std::function<std::optional<PingRange>()> next_part;
-  /// Takes a part whose pings are done. Called by the thread that made the last of them, with the
-  /// Simulator that this thread uses, while other threads may ping other parts.
+  /// Takes a part whose pings are done. The thread that made the last ping calls it, with the
+  /// Simulator of this thread, while other threads may ping other parts.
   std::function<void(const PingRange& part, ScenePings pings, const Simulator& simulator)> finished;
-  /// Called after every block by one thread, while no other thread sets rows, and once before the
-  /// first: the images of the block's part (none before the first block), and how many pings are
-  /// done. An exception from it ends the work.
+  /// Called once before the first block, and after every block by one thread while no other thread
+  /// sets rows. Arguments: the images of the block's part (none before the first block), and how
+  /// many pings are done. An exception from it ends the work.
   std::function<void(std::span<const Waterfall> images, std::size_t pings)> after_block = {};
   std::size_t verify_pings = 0;  ///< of the whole track, spread over it
 };
@@ -104,7 +99,7 @@ struct PartWork {
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
                 const PartWork& work);
 
-/// As PartWork::after_block, with the number of all pings in addition.
+/// PartWork::after_block, with the number of all pings as a further argument.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
@@ -124,8 +119,7 @@ std::size_t neighbour_pings(const Display& display, std::span<const Sonar> sonar
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
 /// The rays of a ping of all these sonars.
 double rays_of(std::span<const Sonar> sonars);
-/// The bytes that the rays of one ping of all these sonars take in each thread that pings, at
-/// least.
+/// The least bytes that the rays of one ping of all these sonars take in each thread that pings.
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector);
 /// Throws MemoryError unless the rays of a ping of all these sonars fit, for each of the threads
 /// that ping.
@@ -135,11 +129,11 @@ void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
 /// The pings that threads (0: one per core of the machine) make from a scene.
 struct PingWork {
   std::size_t pings = 0;
-  std::size_t images = 0;  ///< of how many pings the images are in memory at one time
+  std::size_t images = 0;  ///< number of pings whose images are in memory at one time
   int threads = 0;
 };
-/// The bytes of these images, and of the rays of the threads that have a block of pings. Throws
-/// MemoryError if they do not fit.
+/// The sum of the bytes of the images, and of the rays of the threads that have a block of pings.
+/// Throws MemoryError if they do not fit.
 double require_pings(const MemoryLimit& memory, const RunOptions& options,
                      std::span<const Sonar> sonars, const PingWork& work);
 

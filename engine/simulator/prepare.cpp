@@ -1,8 +1,6 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include <algorithm>
-#include <functional>
-#include <mutex>
 #include <string_view>
 #include <system_error>
 
@@ -12,7 +10,6 @@
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>
@@ -30,13 +27,13 @@ namespace fs = std::filesystem;
 // The analysis of this many faces takes about as long as the echoes of one ping.
 constexpr std::size_t faces_per_ping = 5000;
 
-// Measured over 1.4 million faces of ripples: Embree's tree over all of them takes 0.4 us per face,
-// and saves 0.6 ms per ping, of queries and of their trees. It takes memory as well.
+// Measured over 1.4 million faces of ripples: Embree's tree over all faces takes 0.4 us per face,
+// and saves 0.6 ms per ping for queries and their trees. It takes memory as well.
 constexpr std::size_t faces_per_static_ping = 1500;
 constexpr std::size_t most_static_faces = 10'000'000;
 
-/// Calls make() for a scene's seafloor. A fault with the key of a layer or an object gets its place
-/// in the scene's file. What is wrong with the scene's values is a SceneError.
+/// Calls make() for a scene's seafloor. An error with the key of a layer or an object gets the
+/// place of this key in the scene's file. std::invalid_argument becomes a SceneError.
 template <class Make>
 auto with_places(const Scene& scene, Make&& make) {
   try {
@@ -60,7 +57,7 @@ double bytes_per_face(std::string_view surface, std::string_view intersector) {
   return face_source_kind(surface).needs_progressive_mesh ? bytes : bytes + BedGrid::bytes_per_face;
 }
 
-/// Throws for what a bed that is made in tiles cannot be used with.
+/// Throws for settings that a bed in tiles cannot have.
 void refuse_for_tiles(const Scene& scene) {
   if (scene.run.surface == static_surface)
     throw SceneError(
@@ -117,7 +114,7 @@ class Preparing {
   void report(std::string_view stage) const {
     if (how_.progress) how_.progress(stage);
   }
-  /// Reports a stage that lasts again now and then, from any thread.
+  /// Repeats the report of a long stage at intervals, from any thread.
   std::function<void()> still_in(std::string_view stage) {
     return [this, stage] {
       const std::lock_guard lock(reporting_);
@@ -171,7 +168,8 @@ class Preparing {
     }
   }
 
-  /// The clusters of a bed in tiles, in a folder next to the tiles' file, if they have one.
+  /// Makes the clusters of a bed in tiles, in a folder next to the file of the tiles, if there is
+  /// such a file.
   void make_clusters(const fs::path& tiles) {
     const fs::path folder =
         tiles.empty() ? fs::path() : file_of(how_.cache, key_, clusters_extension);
@@ -181,7 +179,7 @@ class Preparing {
     fs::last_write_time(folder, fs::file_time_type::clock::now(), not_there_yet);
   }
 
-  /// Whether the file does not exist, or has the tiles of this key.
+  /// True if the file does not exist, or has the tiles of this key.
   bool is_tile_file(const fs::path& file) {
     std::error_code unreadable;
     if (!fs::exists(file, unreadable)) return true;
@@ -202,14 +200,19 @@ class Preparing {
     return {how_.memory, bytes_per_face(wanted_.surface, wanted_.intersector), how_.more_bytes};
   }
 
+  /// Throws MemoryError unless the mesh and a tree over it fit. of: what has the faces.
+  void require_tree(const std::string& of) const {
+    const std::size_t faces = result_->seafloor.faces;
+    how_.memory.require(
+        static_cast<double>(faces) * (refine::mesh_bytes_per_face +
+                                      bytes_per_face(origin_.surface, wanted_.intersector)) +
+            how_.more_bytes,
+        fmt::format("the {} faces of {} and a tree over them", faces, of),
+        "use --surface footprint");
+  }
+
   void restore() {
-    const auto faces = static_cast<double>(result_->seafloor.faces);
-    how_.memory.require(faces * (refine::mesh_bytes_per_face +
-                                 bytes_per_face(origin_.surface, wanted_.intersector)) +
-                            how_.more_bytes,
-                        fmt::format("the {:.0f} faces of {} and a tree over them", faces,
-                                    scene_.seafloor.progressive.path.string()),
-                        "use --surface footprint");
+    require_tree(scene_.seafloor.progressive.path.string());
     with_memory_for("the seafloor", [&] { restore_mesh(result_->seafloor); });
   }
 
@@ -235,12 +238,7 @@ class Preparing {
             ? fmt::format("{} pings are enough for a tree over {} faces to save time", pings, faces)
             : "the bed is a grid of heights, and a tree over all its faces would not save time";
     if (!for_a_tree) return;
-    how_.memory.require(
-        static_cast<double>(faces) * (refine::mesh_bytes_per_face +
-                                      bytes_per_face(static_surface, wanted_.intersector)) +
-            how_.more_bytes,
-        fmt::format("the {} faces of the seafloor and a tree over them", faces),
-        "use --surface footprint");
+    require_tree("the seafloor");
     with_memory_for("the seafloor",
                     [&] { take_bed_to_mesh(result_->seafloor, still_in("seafloor")); });
   }

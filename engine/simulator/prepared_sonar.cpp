@@ -12,7 +12,6 @@
 #include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
@@ -39,16 +38,17 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
                                           relief ? scene.seafloor.cell_m : 0.0);
   for (std::string& warning : warnings_of(material, *backscatter, sonar.frequency_hz))
     add_once(warnings, std::move(warning));
-  // Near vertical the rays of a plane are a quarter of a degree apart, and planes often more. They
-  // would miss a narrower lobe, or take one hit in it for all of a cell. (Glints are for solids.)
-  // Over 1.25 times the distance of planes the sum over few of them is nearest to the integral.
+  // Near the vertical, the rays of a plane are a quarter of a degree apart, and planes are often
+  // farther apart. They would miss a narrower lobe, or one hit in it would stand for a whole cell.
+  // (Solids have glints instead.) With a lobe of 1.25 times the distance of planes, the sum over
+  // few planes is nearest to the integral.
   const double apart_rad = planes_apart_rad(sonar, bed_sound_speed_mps / sonar.frequency_hz);
   const double resolved_rad = std::max(0.5 * degree, 1.25 * apart_rad);
   return scatter::BackscatterTable(*backscatter, as_solid(material) ? 0.0 : resolved_rad);
 }
 
-/// The strength of a bed of several materials: that of a bed of one material whose echo has the
-/// same median. The intensity of each material's echo is taken as exponential.
+/// The strength of a bed of several materials: the strength of a bed of one material whose echo has
+/// the same median. The intensity of each material's echo is taken as exponential.
 class MixedBed final : public scatter::Backscatter {
  public:
   MixedBed(std::span<const MaterialInSonar> materials, std::span<const double> shares)
@@ -67,7 +67,7 @@ class MixedBed final : public scatter::Backscatter {
     constexpr int halvings = 40;
     for (int k = 0; k < halvings; ++k) {
       const double middle = std::sqrt(low * high);
-      double above = 0.0;  // share of the echoes that are above the median of this one
+      double above = 0.0;  // share of the echoes above the median of this strength
       for (std::size_t i = 0; i < means.size(); ++i)
         if (shares_[i] > 0.0) above += shares_[i] * std::exp2(-middle / means[i]);
       (above > 0.5 ? low : high) = middle;
@@ -80,7 +80,8 @@ class MixedBed final : public scatter::Backscatter {
   std::span<const double> shares_;
 };
 
-/// For the gains, which go by the median of the bed. Without a bed, the first material's.
+/// The strength for the gains, which follow the median of the bed; without a bed, the strength of
+/// the first material.
 scatter::BackscatterTable bed_table(std::span<const MaterialInSonar> materials,
                                     std::span<const double> shares) {
   const auto there = [](double share) { return share > 0.0; };
@@ -134,7 +135,7 @@ WallMirror wall_mirror_of(const Material& material, std::optional<double> loss_d
           .slope = std::tan(solid->lobe_width_rad) / std::numbers::sqrt2};
 }
 
-/// Warns of several beams that do not do what they are for.
+/// Warns if the outer of several beams are faint, or if their rows leave gaps or overlap.
 void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
                    double sound_speed_mps, std::vector<std::string>& warnings) {
   if (sonar.parallel_beams() == 1) return;
@@ -145,7 +146,7 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
     return scatter::to_db(transmitter.power(outer_m / range_m, range_m) /
                           transmitter.power(0.0, range_m));
   };
-  // Nearer than half the range the sound is louder, and the gain compensates more.
+  // Nearer than half the range the sound is louder, so the gain may compensate more.
   double weakest_db = scatter::to_db(least_beam_share), at_m = 0.0, even_from_m = 0.0;
   for (double range_m = altitude_m; range_m < half_m; range_m *= step)
     if (const double db = outer_db(range_m); db < scatter::to_db(least_beam_share)) {
@@ -176,8 +177,9 @@ void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
                          advance_m > covered_m ? "leave gaps" : "overlap", covered_m / interval_s));
 }
 
-/// Warns of a speed at which the only beam has passed most of an echo when it is back. (The outer
-/// of several beams then lie as far aside, and warn_of_beams() sees it.)
+/// Warns of a speed at which the beam has moved past most of an echo when the echo is back, if
+/// there is one beam. (Of several beams the outer ones then lie as far aside, and warn_of_beams()
+/// warns.)
 void warn_of_speed(const PreparedSonar& its, double speed_mps, std::vector<std::string>& warnings) {
   const Sonar& sonar = its.sonar;
   if (sonar.beams > 1 || its.chain->share_of_farthest_echo() >= 0.1) return;

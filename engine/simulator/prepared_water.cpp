@@ -14,10 +14,7 @@ PreparedWater::PreparedWater(const Sea& sea, double mean_bed_m, double lowest_m)
       bed_depth_m_(std::max(0.0, -mean_bed_m)),
       sound_speed_mps_(
           sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, 0.5 * bed_depth_m_))) {
-  if (!sea.profile.path.empty()) take_cast(lowest_m);
-}
-
-void PreparedWater::take_cast(double lowest_m) {
+  if (sea.profile.path.empty()) return;
   cast_ = read_profile(sea_.profile.path);
   sound_speed_mps_ = cast_->mean_speed_mps(0.0, bed_depth_m_);
   for (const std::string& remark : cast_->remarks(0.0, -lowest_m))

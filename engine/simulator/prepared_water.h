@@ -7,7 +7,6 @@
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo/echo_former.h>
-#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
@@ -20,7 +19,7 @@ class PreparedWater {
 
   /// Converts time to range.
   double sound_speed_mps() const { return sound_speed_mps_; }
-  /// Of the water at the mean bed, by which the bed's backscatter is computed.
+  /// The sound speed of the water at the mean bed, with which the bed's backscatter is computed.
   double bed_sound_speed_mps() const {
     return cast_ ? cast_->speed_mps(bed_depth_m_) : sound_speed_mps_;
   }
@@ -34,7 +33,6 @@ class PreparedWater {
   std::span<const std::string> warnings() const { return warnings_; }
 
  private:
-  void take_cast(double lowest_m);
   void warn_of_odd_speeds();
 
   Sea sea_;

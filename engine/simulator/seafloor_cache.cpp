@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdlib>
 #include <span>
-#include <string>
 #include <system_error>
 #include <variant>
 #include <vector>
@@ -43,8 +42,8 @@ std::string identity_of(const fs::path& file) {
   return fmt::format("{} bytes of {}", bytes, fs::last_write_time(file).time_since_epoch().count());
 }
 
-/// Of a file and of those behind it: names and identities. What is cached has warnings that name
-/// the file.
+/// Names and identities of a file and of the files behind it. The names count because cached
+/// seafloors have warnings that name the file.
 std::string identities_of(const fs::path& file) {
   const auto named = [](const fs::path& its) {
     return fmt::format(" {} {}", its.filename().string(), identity_of(its));
@@ -68,8 +67,8 @@ void add_keys(std::string& text, const Section<Owner>& section, const Owner& own
   }
 }
 
-/// What a file, or a folder of files, takes on the disk: a file of tiles has holes where they were
-/// not made yet.
+/// The bytes that a file, or a folder of files, takes on the disk. A file of tiles has holes for
+/// tiles that are not made yet.
 std::uintmax_t bytes_on_disk(const fs::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) return 0;
@@ -81,7 +80,7 @@ std::uintmax_t bytes_on_disk(const fs::path& file) {
   return bytes;
 }
 
-/// Removes what killed processes left half-written.
+/// Removes files that killed processes left half-written.
 void remove_temporaries(const fs::path& folder) {
   std::error_code gone;  // whatever another process removes meanwhile
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone))

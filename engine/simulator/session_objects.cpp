@@ -1,7 +1,6 @@
 #include <ensonify/engine/simulator/session_objects.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -32,12 +31,13 @@ Eigen::Isometry3d place_of(const Pose& pose) {
   return place;
 }
 
-/// A name's number in a list, or the number that it gets at the end. Number 0 is none.
+/// The number of a name in a list, or the number that it gets at the end of the list. Number 0
+/// means no name.
 std::size_t number_in(const std::vector<std::string>& names, const std::string& name) {
   return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
 }
 
-/// The same, and the name is in the list afterwards.
+/// The number of a name in a list, to whose end it is added if it is new.
 std::size_t join(std::vector<std::string>& names, std::string name) {
   const std::size_t number = number_in(names, name);
   if (number == names.size()) names.push_back(std::move(name));
@@ -100,7 +100,7 @@ std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose,
                                   const std::function<void()>& stop_check) {
   check(object, pose);
   bool closed = refine::encloses_volume(object.mesh);
-  if (!closed) {  // perhaps because it is inside out, or its faces have no common vertices
+  if (!closed) {  // it may be inside out, or its faces have no common vertices
     refine::TriangleMesh repaired = refine::repair(object.mesh).mesh;
     closed = refine::encloses_volume(repaired);
     if (closed) object.mesh = std::move(repaired);

@@ -19,14 +19,14 @@ namespace ensonify::engine {
 void check_pose(const Pose& pose);
 
 /// The objects that a session adds to its scene: their places, labels and instances, and the names
-/// of all classes and materials, the seafloor's first. Each object is one body of the faces. The
-/// exceptions are those of Simulator, and come before anything is changed.
+/// of all classes and materials, the seafloor's first. Each object is one body of the faces. Throws
+/// as Simulator, before anything is changed.
 class SessionObjects {
  public:
   /// Both must outlive this.
   SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces);
 
-  /// Throws what add() throws for the pose, the mesh and the number of objects.
+  /// Throws what Simulator::add() throws for the pose, the mesh and the number of objects.
   void check(const MovingObject& object, const Pose& pose) const;
   /// The materials, with this one at the end if it is new.
   std::vector<std::string> materials_with(const std::string& material) const;
@@ -39,14 +39,13 @@ class SessionObjects {
   void move(std::uint32_t instance, const Pose& pose);
   void remove(std::uint32_t instance);
 
-  /// Whether an object is there.
   bool any() const { return faces_.bodies() > 0; }
-  /// Below all of them; infinite if there is none.
+  /// A height below all objects; infinite if there is none.
   double lowest_m() const;
 
-  /// By body; class 0 where there is none.
+  /// By body; class 0 if there is no such body.
   const std::vector<Label>& labels() const { return labels_; }
-  /// By body, where they are now; without flat parts where there is none.
+  /// By body, at its present place; without flat parts if there is no such body.
   const std::vector<ObjectSurface>& surfaces() const { return surfaces_; }
   const std::vector<std::string>& classes() const { return classes_; }
   const std::vector<std::string>& materials() const { return materials_; }
@@ -58,7 +57,7 @@ class SessionObjects {
   std::size_t fixed_labels_;
   std::size_t first_instance_;
   std::vector<Label> labels_;
-  std::vector<ObjectSurface> made_, surfaces_;  // in their own axes, and where they are
+  std::vector<ObjectSurface> made_, surfaces_;  // in the mesh's axes, and at the present place
   std::vector<std::string> classes_, materials_;
 };
 

@@ -20,7 +20,8 @@ namespace {
 
 constexpr double deepest_sea_m = 12000.0;
 
-/// The heights of a bed in tiles are not known; it may lie anywhere in the water.
+/// The range of the seafloor's heights. The heights of a bed in tiles are not known, so it may lie
+/// anywhere in the water.
 HeightRange heights_between(const Seafloor& seafloor, const refine::Bounds& bounds) {
   HeightRange heights{double(bounds.highest.z()), double(bounds.lowest.z())};
   if (seafloor.in_tiles()) {
@@ -30,7 +31,8 @@ HeightRange heights_between(const Seafloor& seafloor, const refine::Bounds& boun
   return heights;
 }
 
-/// Grids are checked when they are made; a mesh may be analysed wherever it lies.
+/// Throws if all of the bed lies above the sea surface. Grids are checked when they are made, but a
+/// mesh may be analysed at any height.
 void require_sea_over(const refine::Bounds& bounds, const SeafloorOptions& options) {
   if (options.is_grid() || bounds.lowest.z() < 0.0f) return;
   if (options.kind == SeafloorKind::mesh)
@@ -109,7 +111,8 @@ TrackPoses Simulator::SharedState::track_over(BedHeight& bed) const {
                      water.sound_speed_mps());
 }
 
-/// Takes altitude, speed and ping interval from the track file; the options do not have them.
+/// Takes the usual altitude, speed and ping interval from the track file, because the options do
+/// not have them.
 void Simulator::SharedState::take_recorded_track() {
   BedHeight bed(*prepared);
   recorded_track = track_over(bed);
@@ -149,7 +152,7 @@ std::shared_ptr<const PreparedSonar> Simulator::SharedState::prepare(
 
 HeightRange Simulator::SharedState::heights(const SessionObjects& added) const {
   HeightRange heights = seafloor_heights;
-  if (added.any()) {  // anywhere in the water
+  if (added.any()) {  // objects may be anywhere in the water
     heights.highest_m = std::max(heights.highest_m, 0.0);
     heights.lowest_m = std::min(heights.lowest_m, std::max(added.lowest_m(), -deepest_sea_m));
   }
@@ -225,7 +228,7 @@ TracedFaces Simulator::ThreadState::prepare_faces() {
   return face_source.prepare_runs(aim.fans_only);
 }
 
-// The sectors of one beam are received together: each hears the cross-talk of the other.
+// The sectors of one beam are received together, because each receives the cross-talk of the other.
 void Simulator::ThreadState::receive(std::size_t sonar, const Pose& pose, std::uint64_t ping,
                                      std::span<const FanAim> fans, std::span<EchoLine> of_sonar) {
   const std::span<const LinePlan> plans = tracers[sonar].lines();

@@ -9,18 +9,14 @@
 #include <vector>
 
 #include <ensonify/engine/base/calls_at_fork.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/simulator/prepared_sonar.h>
-#include <ensonify/engine/simulator/prepared_water.h>
 #include <ensonify/engine/simulator/session_objects.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/stage_times.h>
-#include <ensonify/engine/trace/face_source.h>
-#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 #include <ensonify/refine/standard_floats.h>
 
 namespace ensonify::engine {
@@ -58,7 +54,7 @@ struct Simulator::SharedState {
   std::shared_ptr<const PreparedSeafloor> prepared;
   const Seafloor& seafloor;
   refine::Bounds bounds;         // as Seafloor::bounds()
-  HeightRange seafloor_heights;  // wider where those are estimates
+  HeightRange seafloor_heights;  // wider where the heights of the bed are estimates
   FaceSourceParts parts;
   std::string code_path;
   PreparedWater water;
@@ -91,11 +87,11 @@ struct Simulator::ThreadState {
 
   /// Pings with these sonars from now on.
   void use(PreparedSonars others, const SharedState& shared);
-  /// Makes ready for the places where the added objects now are; each aim() does.
+  /// Adapts the tracers to the present places of the added objects. Each aim() calls it.
   void follow_objects(const SharedState& shared);
   void count_object_visibility(const SharedState& shared);
   void make_lines();
-  /// The faces of the fans that `aim` has, as the tracers need them.
+  /// The faces of the fans in `aim`, in the form that the tracers need.
   TracedFaces prepare_faces();
   /// Makes the samples of a sonar's lines from their expected echoes.
   void receive(std::size_t sonar, const Pose& pose, std::uint64_t ping,
@@ -115,7 +111,7 @@ struct Simulator::ThreadState {
   std::vector<PingTracer> tracers;                     // by sonar
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
   std::vector<EchoLine> lines;                         // of each sonar in turn
-  Aim aim, aim_ahead;                                  // of the ping; of an announced one
+  Aim aim, aim_ahead;                                  // of the ping; of an announced ping
   std::vector<LineContext> contexts;                   // of the lines that are received together
   SignalChain::Scratch chain_scratch;
   std::uint64_t next_ping = 0;

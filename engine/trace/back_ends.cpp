@@ -9,7 +9,6 @@
 
 #include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/trace/embree/embree.h>
-#include <ensonify/engine/trace/exact/brute_force.h>
 #include <ensonify/engine/trace/exact/pluecker.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
@@ -79,7 +78,7 @@ std::vector<IntersectorKind> with_those_of_the_program() {
 
 }  // namespace
 
-// Weak: a program's own definition takes its place.
+// Weak, so that a definition in the program replaces it.
 [[gnu::weak]] std::span<const IntersectorKind> program_intersector_kinds() { return {}; }
 
 std::span<const IntersectorKind> intersector_kinds() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include <ensonify/engine/trace/ray_fan.h>
 
@@ -16,6 +17,16 @@ void for_beam_ranges(const FanGrid& grid, std::size_t plane, const Take& take) {
     while (until < elevations && grid.within_beam(plane, until) == within) ++until;
     take(from, until, within);
   }
+}
+
+/// The number of a fan's rays that are within the beam.
+inline std::uint64_t rays_within_beam(const FanGrid& grid) {
+  std::uint64_t rays = 0;
+  for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
+    for_beam_ranges(grid, plane, [&](std::size_t from, std::size_t until, bool within) {
+      if (within) rays += until - from;
+    });
+  return rays;
 }
 
 }  // namespace ensonify::engine

@@ -18,7 +18,7 @@ namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// A FanFrame in every lane.
+/// The same FanFrame in every lane of the registers.
 struct Frame {
   V3 origin;
   V3 array, middle, pole;
@@ -42,7 +42,8 @@ HWY_INLINE M before(V3 a, V3 b) {
   const M at_y = hn::Or(hn::Lt(a.y, b.y), hn::And(hn::Eq(a.y, b.y), at_z));
   return hn::Or(hn::Lt(a.x, b.x), hn::And(hn::Eq(a.x, b.x), at_y));
 }
-/// Rotates faces until the corner that is lowest in (x, y, z) is first; returns which that was.
+/// Rotates the corners of each face until the corner with the lowest (x, y, z) is first. Returns
+/// the number (0, 1 or 2) that this corner had.
 HWY_INLINE V put_in_order(Corners& face) {
   const auto [first, second, third] = face;
   const M by_second = before(second, first);
@@ -64,19 +65,19 @@ HWY_INLINE FacePlane face_plane(V3 normal, V distance) {
   const V inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(dot(normal, normal)));
   return {inverse * normal, hn::Mul(inverse, distance)};
 }
-/// Of a face whose corners are in any order.
+/// The plane of a face whose corners may be in any order.
 HWY_INLINE FacePlane face_plane(const Frame& frame, double handedness, Corners face) {
   put_in_order(face);
   const V3 a = into(frame, face.a), b = into(frame, face.b), c = into(frame, face.c);
   const V3 normal = hn::Set(d, handedness) * cross(b - a, c - a);
   return face_plane(normal, dot(normal, a));
 }
-/// The normal's component along the direction of a fan's plane at elevation 0; along the pole it is
-/// its z.
+/// The component of the normal along the direction of a fan's plane at elevation 0. (The component
+/// along the pole is the normal's z.)
 HWY_INLINE V level_of(const FacePlane& face, V sin_azimuth, V cos_azimuth) {
   return fma(face.normal.x, sin_azimuth, hn::Mul(face.normal.y, cos_azimuth));
 }
-/// Writes a vector of faces as a fan's plane cuts them: as in FanRuns.
+/// Writes `level`, `pole` and `distance` (see FanRuns) of the faces in one register.
 HWY_INLINE void store_cut(const FacePlane& face, V sin_azimuth, V cos_azimuth, double* level,
                           double* pole, double* distance) {
   hn::StoreU(level_of(face, sin_azimuth, cos_azimuth), d, level);

@@ -1,11 +1,75 @@
-#include <ensonify/engine/trace/fan_runs.h>
+// The planes of faces are computed by code that is compiled once per Highway target
+// (vector_targets.h).
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_runs.cpp"
+#include <ensonify/engine/simd/vector_targets.h>
+
+#include <hwy/foreach_target.h>
 
 #include <algorithm>
 
+#include <hwy/highway.h>
+
 #include <ensonify/engine/simd/cache_lines.h>
-#include <ensonify/engine/trace/face_planes.h>
+#include <ensonify/engine/trace/fan_frame-inl.h>
+#include <ensonify/engine/trace/fan_runs.h>
 
 namespace ensonify::engine {
+
+#ifndef ENSONIFY_FACE_PLANES
+#define ENSONIFY_FACE_PLANES
+/// What find_face_planes() reads and writes, as plain arrays.
+struct FacePlanes {
+  FanFrame frame;
+  double sin_azimuth, cos_azimuth;
+  const float* positions;      ///< x, y and z of each position
+  const std::uint32_t* faces;  ///< three positions each
+  const std::uint32_t* index;  ///< the indices of the `count` faces
+  /// As in FanRuns; up to widest_vector values behind the last may be overwritten.
+  double *level, *pole, *distance;
+};
+#endif
+
+}  // namespace ensonify::engine
+
+HWY_BEFORE_NAMESPACE();
+namespace ensonify::engine {
+namespace HWY_NAMESPACE {
+
+// The planes of `count` faces within a fan's plane: the same bits as list_runs() gives.
+void find_face_planes(const FacePlanes& planes, std::int64_t count) {
+  const Frame frame = laid(planes.frame);
+  const V sine = hn::Set(d, planes.sin_azimuth), cosine = hn::Set(d, planes.cos_azimuth);
+  for (std::int64_t i = 0; i < count; i += lanes) {
+    alignas(64) float rows[9 * lanes];
+    for (std::int64_t k = 0; k < lanes; ++k) {
+      const std::uint32_t* face =
+          planes.faces + 3 * std::int64_t{planes.index[i + k < count ? i + k : i]};
+      for (std::int64_t corner = 0; corner < 3; ++corner) {
+        const float* from = planes.positions + 3 * std::int64_t{face[corner]};
+        for (std::int64_t axis = 0; axis < 3; ++axis)
+          rows[(3 * corner + axis) * lanes + k] = from[axis];
+      }
+    }
+    const auto corner = [&](std::int64_t k) HWY_ATTR {
+      const float* at = rows + 3 * k * lanes;
+      return V3{promoted(at), promoted(at + lanes), promoted(at + 2 * lanes)};
+    };
+    const FacePlane plane =
+        face_plane(frame, planes.frame.handedness, {corner(0), corner(1), corner(2)});
+    store_cut(plane, sine, cosine, planes.level + i, planes.pole + i, planes.distance + i);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace ensonify::engine
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace ensonify::engine {
+
+HWY_EXPORT(find_face_planes);
 
 void FanRuns::start(const FanGrid& grid) {
   first.assign(1, 0);
@@ -61,7 +125,7 @@ void FanRuns::take(const RayFan& fan, refine::Triangles triangles, std::span<con
     planes.level = &level[from];
     planes.pole = &pole[from];
     planes.distance = &distance[from];
-    find_face_planes(planes, static_cast<std::int64_t>(count - from));
+    HWY_DYNAMIC_DISPATCH(find_face_planes)(planes, static_cast<std::int64_t>(count - from));
     first.push_back(count);
   }
 }
@@ -80,3 +144,4 @@ void FanRuns::give_hits(const RayFan& fan, std::span<Hit> hits) const {
 }
 
 }  // namespace ensonify::engine
+#endif

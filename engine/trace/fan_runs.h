@@ -16,9 +16,9 @@ namespace ensonify::engine {
 /// Runs are in order of planes, and within a plane in order of rays. Rays that miss, or are outside
 /// the beam, belong to no run.
 ///
-/// A run gives its face's plane as the fan's plane cuts it: a ray of elevation e meets it at the
-/// range distance / (level cos e + pole sin e). The sine of its grazing angle is -(level cos e +
-/// pole sin e) if the face's front is hit, for which distance is negative.
+/// A run describes the plane of its face within the fan's plane: a ray of elevation e meets the
+/// face at the range distance / (level cos e + pole sin e). The sine of its grazing angle is
+/// -(level cos e + pole sin e) if the face's front is hit, for which distance is negative.
 class FanRuns {
  public:
   CacheLines<std::uint32_t> begin, end;   ///< elevations [begin, end)
@@ -27,23 +27,23 @@ class FanRuns {
   /// and along the pole.
   CacheLines<double> level, pole;
   CacheLines<double> distance;     ///< of the face's plane from the fan's origin, along the normal
-  std::vector<std::size_t> first;  ///< by plane, then the end; the rows above are longer
+  std::vector<std::size_t> first;  ///< run of each plane, then the end; other arrays are longer
 
   /// Makes room for the most runs that a grid may have, and removes all runs.
   void start(const FanGrid& grid);
-  /// The runs of `hits`, one per ray of the fan by its number, over the triangles that they index.
+  /// Makes the runs from `hits`: one per ray of the fan, by ray number. The hits index `triangles`.
   void take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits);
-  /// The hits of these runs, by ray number, without u and v; the fan's other rays miss.
+  /// Writes the hits of these runs by ray number, without u and v. All other rays of the fan miss.
   void give_hits(const RayFan& fan, std::span<Hit> hits) const;
-  /// Copies the face of one run to another; the rays stay.
+  /// Copies the face of run `other` of `from` to `run`, but not the rays.
   void copy_face(std::size_t run, const FanRuns& from, std::size_t other) {
     index[run] = from.index[other], face[run] = from.face[other];
     level[run] = from.level[other], pole[run] = from.pole[other];
     distance[run] = from.distance[other];
   }
 
-  /// Copies runs [from, until) of another fan to `run` and the following ones. What is behind these
-  /// may be overwritten.
+  /// Copies runs [from, until) of another fan to `run` and the following ones. May overwrite runs
+  /// behind the copied ones.
   void copy_runs(std::size_t run, const FanRuns& other, std::size_t from, std::size_t until);
 
   std::size_t size() const { return first.back(); }

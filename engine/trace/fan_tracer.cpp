@@ -1,7 +1,7 @@
 #include <ensonify/engine/trace/fan_tracer.h>
 
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 namespace ensonify::engine {
 
@@ -32,7 +32,7 @@ const FanHits& FanTracer::trace(const RayFan& fan, std::size_t number, TracedFac
   }
   const Faces& all = all_faces(faces);
   if (travel_time_) {
-    RayFan straight = fan;  // as far as sound goes in the fan's time
+    RayFan straight = fan;  // as far as sound can travel in the time of the range
     straight.range_m *= fan.bend.lengthening;
     all.intersector->intersect(straight, hits_);
     travel_time_->apply(fan, hits_);

@@ -47,8 +47,8 @@ class Intersector {
 
   /// hits[fan.ray number], a miss for rays outside the beam. hits.size() == planes * elevations.
   virtual void intersect(const RayFan& fan, std::span<Hit> hits) const = 0;
-  /// The same as runs, for back-ends that find runs directly. Returns false if the back-end does
-  /// not; then the runs are made from the hits.
+  /// Writes the hits as runs, if the back-end finds runs directly. Otherwise returns false, and the
+  /// caller makes the runs from the hits.
   virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
   /// hits[i] belongs to rays[i]; there are as many hits as rays.
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
@@ -57,7 +57,7 @@ class Intersector {
 /// The precision of an intersector, which limits how far off a sound answer may be.
 enum class Precision {
   exact,      ///< the reference's own test: the same bits
-  in_double,  ///< rounding of double, and of edges that pass within it
+  in_double,  ///< double; at an edge within its rounding the face may differ
   in_float    ///< rounding of float about an origin near the mesh
 };
 
@@ -71,14 +71,15 @@ struct IntersectorKind {
   /// Peak memory of build() per face of a large mesh, in addition to the mesh. A lower bound,
   /// measured over 2.4 million faces and rounded down; 0: not measured.
   double bytes_per_face = 0.0;
-  bool builds_tree = false;  ///< over the whole mesh; a static one can save time over many pings
-  bool tests_every_face = false;  ///< for every ray: too slow for many of both
+  bool builds_tree = false;       ///< a tree over static faces can save time over many pings
+  bool tests_every_face = false;  ///< for every ray: too slow for many faces and rays
 };
 /// The name of the kind that all others are compared with.
 inline constexpr std::string_view reference_intersector = "pluecker";
 
-/// The library's own, then those of program_intersector_kinds(). Throws std::invalid_argument if
-/// one of the latter has no name, no `make`, or a name that another has; - and _ are alike.
+/// The kinds of the library, then those of program_intersector_kinds(). Throws
+/// std::invalid_argument if a kind of the program has no name, no `make`, or the name of another
+/// kind (- and _ are equal).
 std::span<const IntersectorKind> intersector_kinds();
 
 /// The back-ends of the program that links the library. The library has a definition that returns
@@ -87,8 +88,8 @@ std::span<const IntersectorKind> intersector_kinds();
 /// before the first intersector is looked up; what it returns must live as long as the program.
 std::span<const IntersectorKind> program_intersector_kinds();
 
-/// The kind of that name; - and _ are alike. Throws std::invalid_argument, listing the names, and
-/// as intersector_kinds().
+/// The kind of that name; - and _ are equal. Throws std::invalid_argument, which lists the names,
+/// and what intersector_kinds() throws.
 const IntersectorKind& intersector_kind(std::string_view name);
 
 /// The back-end of that name over triangles. Throws as intersector_kind and build() do.

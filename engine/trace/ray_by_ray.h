@@ -34,7 +34,7 @@ class RayByRay : public Intersector {
   const std::function<void()>& stop_check() const { return stop_check_; }
 
  private:
-  /// The nearest hit by the contract, or a miss. It checks the ray (check_ray()), because those of
+  /// The nearest hit by the contract, or a miss. It checks the ray (check_ray()), because rays of
   /// lists are not checked before.
   virtual Hit nearest(const Ray& ray) const = 0;
 

@@ -8,33 +8,37 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/trace/fan_frame.h>
+
 namespace ensonify::engine {
 namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
 constexpr double share_to_range = 0.65;  // of the elevations: even in range over a flat bed
-// Even in range from there up to `rising` times as far, for a bed that rises.
+// Even in range beyond that range, up to `rising` times as far, for a bed that rises.
 constexpr double share_rising = 0.15;
 constexpr double rising = 4.0;
-// Where the bed comes up above the sonar: even in range over a flat bed, and over a slope.
+// The shares where the bed reaches above the sonar: even in range over a flat bed, and over a
+// slope.
 constexpr double share_to_range_below_slope = 0.35, share_slope = 0.45;
 // Planes outside the main lobe at mid-sector are needed only at the sector's ends, where a plane's
 // rays are closer to broadside: their spacing may grow. At 1.5 the sum over planes is within
 // 0.01 dB of the beam's integral up to 50 degrees from mid-sector.
 constexpr double plane_growth = 1.5;
 
-/// Slant range over height at which a ray of depression `depression_rad` meets a flat bed; past
-/// nadir, 1.
+/// Slant range divided by height at which a ray of depression `depression_rad` meets a flat bed;
+/// past nadir, 1.
 double flat_range_over_height(double depression_rad) {
   return 1.0 / std::sin(std::clamp(depression_rad, 1e-9, right_angle));
 }
 
-/// By how much it is more than 1 past nadir, where the bed lies on the other side.
+/// Past nadir, where a ray meets the bed on the other side: slant range divided by height, minus 1.
 double more_past_nadir(double depression_rad) {
   return flat_range_over_height(2.0 * right_angle - depression_rad) - 1.0;
 }
 
-/// The factor of growth with which `count` widths, the first being 1, have the sum `sum`.
+/// The factor from each width to the next for which `count` widths have the sum `sum`; the first
+/// width is 1.
 double growth_for(int count, double sum) {
   const auto made = [&](double growth) {
     double total = 0.0;
@@ -87,10 +91,10 @@ std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_ra
   return planes;
 }
 
-/// Where a growing function has a value: between the place `below`, where it is less by about
-/// `missing`, and the place `above`. By the secant method from a guess on, by halves where that
-/// leads outside. Where the function is smooth, the error is far below a millionth of the way from
-/// `below`.
+/// The place at which a growing function has a value. It lies between `below`, where the function
+/// is less than the value by about `missing`, and `above`. The search starts at `guess` and uses
+/// the secant method, or halves the interval where a secant leads outside. For a smooth function
+/// the error is far below a millionth of the way from `below`.
 template <class Growing>
 double place_of(const Growing& function, double value, double below, double missing, double above,
                 double guess) {
@@ -107,9 +111,9 @@ double place_of(const Growing& function, double value, double below, double miss
   return below;
 }
 
-/// Distributes launch angles so that the ranges of their bent rays are even between two ranges. These
-/// are divided by the height of the sonar. A range that several launch angles reach counts once for
-/// each of them.
+/// Distributes launch angles so that the ranges of their bent rays are even between two ranges.
+/// These are divided by the height of the sonar. A range that several launch angles reach counts
+/// once for each of them.
 class BentDistribution {
  public:
   BentDistribution(std::span<const LaunchRange> bent, double from, double to) : bent_(bent) {
@@ -163,7 +167,7 @@ class ElevationShares {
     } else {
       beyond_ = {farthest, std::min(rising * layout.range_over_height, end)};
     }
-    // The slope that is seen so high at the end of the range.
+    // The slope whose end, at the end of the range, is at rise_rad above the horizontal.
     slope_ = {over_slope(layout.sector_high_rad),
               std::min(layout.range_over_height, over_slope(layout.sector_low_rad))};
     if (within_.is_there()) range_share_ = rises_ ? share_to_range_below_slope : share_to_range;
@@ -184,14 +188,14 @@ class ElevationShares {
   }
 
  private:
-  struct Stretch {  // of range over height
+  struct Stretch {  // an interval of range divided by height
     double begin = 0.0, end = 0.0;
     bool is_there() const { return end > begin; }
     double share_to(double r) const {
       return is_there() ? std::clamp((r - begin) / (end - begin), 0.0, 1.0) : 0.0;
     }
   };
-  /// Grows by the change of range within the fan's own, from the far side of nadir to the near one.
+  /// Grows with the range, up to the fan's range, from the far side of nadir to the near side.
   double within(double depression_rad) const {
     return (bends_ ? bent_within_.at(depression_rad) : flat_range_over_height(depression_rad)) -
            past_nadir(depression_rad);
@@ -210,7 +214,7 @@ class ElevationShares {
   double range_share_ = 0.0, rising_share_ = 0.0, slope_share_ = 0.0;
 };
 
-/// The elevations from one end of the sector to the other, between which equal shares lie.
+/// Elevations from one end of the sector to the other, with equal shares between neighbours.
 std::vector<double> lay_elevations(const ElevationShares& shares, double half_sector, int count) {
   const auto distribution = [&](double elevation) { return shares.below(elevation); };
   std::vector<double> elevations(static_cast<std::size_t>(count), -half_sector);
@@ -249,6 +253,14 @@ FanGrid::FanGrid(const FanLayout& layout)
     sin_elevation.push_back(std::sin(e));
     cos_elevation.push_back(std::cos(e));
   }
+}
+
+FanFrame frame_of(const RayFan& fan) {
+  FanFrame frame{};
+  Eigen::Vector3d::Map(frame.origin.data()) = fan.origin;
+  Eigen::Matrix3d::Map(frame.axes.data()) << fan.array_axis, fan.middle, fan.pole;
+  frame.handedness = fan.array_axis.cross(fan.middle).dot(fan.pole) < 0.0 ? -1.0 : 1.0;
+  return frame;
 }
 
 }  // namespace ensonify::engine

@@ -12,31 +12,33 @@
 
 namespace ensonify::engine {
 
-/// Where a bent ray meets a level bed: its slant range by travel time, over the sonar's height. Not
-/// a number if it does not meet the bed, or if the rays next to it meet the bed at very different
-/// ranges.
+/// Where a bent ray meets a level bed: its slant range by travel time, divided by the height of the
+/// sonar over the bed. Not a number if it does not meet the bed, or if the rays next to it meet the
+/// bed at very different ranges.
 struct LaunchRange {
   double depression_rad, range_over_height;
 };
 
 /// What a fan's grid of rays is laid out from. Angles of the sector are depressions: 0 is level, 90
-/// degrees straight down; more looks past nadir to the other side.
+/// degrees straight down; a larger angle looks past nadir to the other side.
 struct FanLayout {
   double sector_low_rad = 0.0;   ///< the smallest depression (above the horizontal if negative)
   double sector_high_rad = 0.0;  ///< the largest
   double truncation_rad = 0.0;   ///< psi_t: rays farther from the broadside plane are skipped
   double main_lobe_rad = 0.0;    ///< from the beam's axis to its first null, far off
-  /// To the main beam's end at the nearest range; if smaller, main_lobe_rad is used.
+  /// From the beam's axis to the end of the main beam at the nearest range. If it is smaller than
+  /// main_lobe_rad, main_lobe_rad is used.
   double main_beam_rad = 0.0;
   int planes = 8;                   ///< planes across the main beam
   /// If positive, the planes lie at even steps of the sine of azimuth instead, for beams that are
   /// steered along the array.
   double sine_step = 0.0;
   int elevations = 2048;            ///< rays per plane
-  double range_over_height = 10.0;  ///< where the part that is uniform in range ends
+  double range_over_height = 10.0;  ///< the end of even ranges, see FanGrid
   /// How much roll lowers this side: added to the depressions when rays are laid out.
   double roll_tilt_rad = 0.0;
-  /// How far above the horizontal the bed reaches within range_over_height; 0 if not.
+  /// The angle above the horizontal to which the bed reaches within range_over_height; 0 if the bed
+  /// stays below the sonar.
   double rise_rad = 0.0;
   /// The ranges of bent rays by launch angle, the steepest first (bent_ranges()). Empty for
   /// straight rays.
@@ -49,8 +51,8 @@ struct FanLayout {
 ///
 /// Planes have even spacing across a main beam that is no wider than its main lobe. In the near
 /// field the beam is wider; there the spacing grows outwards from the axis, so that the same number
-/// of planes covers it: the wider the beam, the nearer the bed, and the less the bed changes over
-/// an angle. Beyond the main beam the spacing grows further.
+/// of planes covers it: a wider beam means a nearer bed, which changes less over the same angle.
+/// Beyond the main beam the spacing grows further.
 ///
 /// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
 /// bed, on both sides of nadir, so that every bin gets rays; 15 % even in range beyond that, in
@@ -63,7 +65,7 @@ struct FanGrid {
 
   struct Plane {
     double sin_azimuth, cos_azimuth;
-    double width_rad;  ///< the azimuth it stands for
+    double width_rad;  ///< the width in azimuth of the part of the beam that it stands for
   };
   double middle_depression_rad;
   double sin_truncation;
@@ -79,9 +81,10 @@ struct FanGrid {
 };
 
 /// The limits of how far a fan's rays may bend from straight lines, each in the vertical plane of
-/// its launch; no bend by default. Seen from the origin, a ray's points lie within turn_rad of its
-/// launch direction; the cosine of their angle from the level is at most `widening` times the
-/// launch direction's; they are at most `lengthening` times as far as their t.
+/// its launch; no bend by default. For each point of a ray, seen from the origin: its direction is
+/// within turn_rad of the launch direction; the cosine of its angle from the level is at most
+/// `widening` times the same cosine of the launch direction; its distance is at most `lengthening`
+/// times its t.
 struct FanBend {
   double turn_rad = 0.0;
   double widening = 1.0;

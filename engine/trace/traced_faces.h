@@ -33,7 +33,7 @@ struct BedAndObjects {
   std::span<const RayFan> fans;
 };
 
-/// What some fans hit, found already.
+/// The runs of some fans, where the face source has found them already.
 struct FoundRuns {
   refine::Triangles triangles;  ///< which the runs index
   std::span<FanRuns> of_fans;   ///< in the order of the fans; a tracer may take them
@@ -42,14 +42,14 @@ struct FoundRuns {
 /// What the fans of a ping are traced over.
 using TracedFaces = std::variant<Faces, BedAndObjects, FoundRuns>;
 
-/// The faces; a bed and its objects are replaced by all faces first.
+/// Returns the faces. If `faces` has a bed and its objects, replaces them by all faces first.
 const Faces& all_faces(TracedFaces& faces);
 
-/// Finds the runs of a fan, the `number`th of those that the faces were prepared for, if they are
-/// found already or the intersector lists runs. Returns false if not.
+/// Gets the runs of a fan, the `number`th (from 0) of those that the faces were prepared for.
+/// Returns false if the runs are not found already and the intersector does not list runs.
 bool list_runs(TracedFaces& faces, const RayFan& fan, std::size_t number, FanRuns& runs);
 
-/// What hits and runs index.
+/// The triangles that hits and runs index.
 const refine::Triangles& triangles_of(const TracedFaces& faces);
 
 }  // namespace ensonify::engine

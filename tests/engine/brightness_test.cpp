@@ -20,7 +20,7 @@ namespace {
 
 struct Brightness {
   double white = 0.0;   ///< share of pixels
-  double middle = 0.0;  ///< the median of those of the bed
+  double middle = 0.0;  ///< the median of the bed's pixels
 };
 
 Brightness brightness_of(const std::string& scene_text, const std::vector<std::string>& overrides) {

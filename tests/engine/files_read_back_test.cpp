@@ -1,5 +1,5 @@
-// Files of a folder that is read back, such as that of a run or of a dataset: others may have put
-// anything there.
+// Files of a folder that is read back, for example the folder of a run or of a dataset: other
+// programs may have put anything there.
 
 #include <filesystem>
 #include <functional>
@@ -28,6 +28,7 @@
 
 #include "support/catch.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/small_dataset.h"
 #include "support/temporary_folder.h"
 
@@ -39,12 +40,7 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string message_of(const std::function<void()>& read) {
-  try {
-    read();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "was read";
+  return message_thrown<std::exception>(read, "was read");
 }
 
 }  // namespace
@@ -72,7 +68,7 @@ TEST_CASE(
     CAPTURE(its.name);
     const fs::path file = folder / its.name;
     REQUIRE(mkfifo(file.c_str(), 0600) == 0);
-    // A folder whose manifest is no file is not that of a run.
+    // A folder whose manifest is no file is not the folder of a run.
     const bool by_file = its.name != "manifest.json";
     const std::string why = message_of([&] { its.read(file); });
     CHECK_THAT(why, Catch::Contains(by_file ? its.name : folder.path().string()));

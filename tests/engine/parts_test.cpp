@@ -17,7 +17,6 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run/joined_files.h>
-#include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/run/run_plan.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>

@@ -276,11 +276,10 @@ TEST_CASE("a cache that cannot be written is a warning") {
   RunReport report;
   CHECK((run_into(folder / "run", scene, folder / "file/cache", &report) == expected));
   REQUIRE(!report.warnings.empty());
-  CHECK(
-      report.warnings.back() ==
-      (folder / "file/cache").string() +
-          ": cannot make this folder; choose another path, because a file is in the place of a "
-          "folder: Not a directory; the analysed seafloor is not kept (--cache names another folder)");
+  CHECK_THAT(report.warnings.back(),
+             Catch::StartsWith((folder / "file/cache").string() + ": cannot make this folder") &&
+                 Catch::Contains("Not a directory") && Catch::Contains("seafloor is not kept") &&
+                 Catch::Contains("--cache"));
   CHECK(report.origin.cache_file.empty());
   const Simulator session(scene, {.cache = folder / "file/cache"});
   REQUIRE(!session.warnings().empty());

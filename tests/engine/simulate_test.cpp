@@ -216,10 +216,11 @@ TEST_CASE("swaths that reach beyond the edge of the bed are warned of, with the 
       continue;
     }
     REQUIRE(warnings.size() == 1);
-    CHECK(warnings[0] ==
-          "sonar s: 18 % of its bins are beyond the edge of the bed and are black, in 4 of 4 pings "
-          "(numbers 0 to 3): set seafloor.extent_east_m = 138 and "
-          "seafloor.extent_north_m = 60, move the track, or shorten sonar.s.range_m");
+    CHECK_THAT(warnings[0], Catch::StartsWith("sonar s: 18 % of its bins ") &&
+                                Catch::Contains("in 4 of 4 pings (numbers 0 to 3)") &&
+                                Catch::Contains("seafloor.extent_east_m = 138") &&
+                                Catch::Contains("seafloor.extent_north_m = 60") &&
+                                Catch::Contains("sonar.s.range_m"));
     const Waterfall image = ping_all(scene, simulator, 1).images.front();
     int starved = 0;
     for (const PingRow& row : image.pings) starved += row.lines[0].starved + row.lines[1].starved;
@@ -249,9 +250,9 @@ TEST_CASE("a range that ends above the bed in all pings is warned of, for the pl
       continue;
     }
     REQUIRE(pings.warnings().size() == 1);
-    CHECK(pings.warnings()[0] ==
-          "sonar s: in all 4 pings the bed is 12 m or more below it, beyond its range of 10 m: "
-          "lengthen sonar.s.range_m, or bring the track nearer to the bed");
+    CHECK_THAT(pings.warnings()[0],
+               Catch::StartsWith("sonar s: in all 4 pings ") && Catch::Contains("12 m or more") &&
+                   Catch::Contains("range of 10 m") && Catch::Contains("sonar.s.range_m"));
     CHECK(made.hits == 0);
   }
 }

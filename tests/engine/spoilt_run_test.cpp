@@ -14,7 +14,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// With blocks of 4 pings, so that repeated pings lie in other blocks than the pings they repeat.
+/// A scene with blocks of 4 pings: a repeated ping lies in another block than the ping it repeats.
 Scene spoilt_scene() {
   Scene scene = parse_scene(ensonify::tests::tiny_scene, "tiny", {}, {});
   scene.track.pings = 61;

@@ -1,5 +1,5 @@
 #include <ensonify/engine/base/scene_error.h>
-#include <ensonify/engine/seafloor/objects/path_reader.h>
+#include <ensonify/engine/seafloor/objects/laid_line.h>
 
 #include "fuzz/fuzz.h"
 

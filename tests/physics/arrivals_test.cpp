@@ -116,8 +116,8 @@ TEST_CASE("few scatterers in the water make a K distributed echo of the same mea
         squares += share * share / (pings * near);
       }
     }
-    // The volume is that of the mean's test above. With n scatterers, <I^2> / <I>^2 = 2 (1 + 1 /
-    // n).
+    // The volume is the volume of the test of the mean above. With n scatterers, <I^2> / <I>^2 = 2
+    // (1 + 1 / n).
     const double middle_m = r + 0.5 * near * sonar.bin_m();
     const double angle = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
     const double around = 2.0 * (std::asin(std::min(depth_m / middle_m, 1.0)) +

@@ -118,8 +118,9 @@ inline void lengthen_pulse(Sonar& sonar, double range_m) {
 
 inline constexpr scatter::Solid nothing{.diffuse_db = -100.0, .specular = 0.0};
 
-/// The two-way field of a sonar's array at a place, over that of a point source: a sum over the
-/// array, which is along y. A focused array adds its elements in phase on its axis at all ranges.
+/// The two-way field of a sonar's array at a place, divided by the field of a point source: a sum
+/// over the array, which is along y. A focused array adds its elements in phase on its axis at all
+/// ranges.
 inline std::complex<double> two_way_field(const Sonar& sonar, const Eigen::Vector3d& place) {
   const double k = 2.0 * std::numbers::pi * sonar.frequency_hz / 1500.0, r = place.norm();
   if (sonar.focused) {
@@ -164,7 +165,8 @@ inline void add_upright(refine::TriangleMesh& mesh, const std::array<Eigen::Vect
   mesh.faces.push_back({first, first + 2, first + 1});
 }
 
-/// An upright plate that faces -x, of those of 4 x 4 square cells that are there.
+/// An upright plate that faces -x. It consists of those of 4 x 4 square cells for which is_there
+/// is true.
 template <class IsThere>
 inline refine::TriangleMesh upright_cells(double length_m, const IsThere& is_there) {
   refine::TriangleMesh mesh;

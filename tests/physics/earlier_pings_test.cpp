@@ -36,7 +36,8 @@ TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation"
     CHECK(scatter::to_db(all[static_cast<std::size_t>(r / sonar.bin_m())]) ==
           Approx(scatter::to_db(expected)).epsilon(0).margin(0.05));
   }
-  // Without an interval it is the two-way time of the range, 75 m. By default it is not heard.
+  // Without a given interval, the interval is the two-way time of the range, 75 m. By default there
+  // is no echo of earlier pings.
   const std::vector<double> at_once =
       received(sonar, {.second_time_around = true}, {}, {}, {.strength = lambert});
   CHECK(scatter::to_db(at_once[100] / (level(80.0) + level(155.0))) == Approx(0.0).margin(0.1));
@@ -53,7 +54,7 @@ TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation"
 
 TEST_CASE("the first cells of the ping before have the energy of the places that lie in them") {
   // The bed is deeper than half the way that sound covers between two pings, so these cells are
-  // below the array. Summed over the bed on one side.
+  // below the array. The sum is over the bed on one side.
   Sonar sonar = open_sonar();
   sonar.range_m = 7.5;
   sonar.frequency_hz = 100e3;

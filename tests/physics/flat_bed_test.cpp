@@ -197,7 +197,7 @@ TEST_CASE("each side hears the whole bed about the nearest place, level or turne
         for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
           const double r = cell_middle_m(sonar, medium, line.bins.range_m[i]);
           if (r < 1.05 * to_bed_m || r > 4.0 * to_bed_m) continue;
-          // Two places at this range, and what the side hears of each.
+          // Two places have this range. The side receives an echo from each of them.
           const double off = std::acos(to_bed_m / r), foot = std::numbers::pi / 2.0 + down;
           // Without a vertical pattern the fan ends at 135 degrees.
           if (beamwidth_deg == 0.0 && foot + off > 133.0 * degree) break;

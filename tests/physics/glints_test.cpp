@@ -24,8 +24,8 @@ using namespace ensonify::tests;
 namespace {
 
 /// Two plates that meet at the edge x = y = 0, which is `height_m` high, and open towards -x. One
-/// reaches `one_m` from the edge, 45 degrees to port of -x, the other `other_m`, at an angle that
-/// is excess_rad over a right one.
+/// reaches `one_m` from the edge, 45 degrees to port of -x, the other plate reaches `other_m`. The
+/// angle between the plates is a right angle plus excess_rad.
 refine::TriangleMesh folded_plate(double one_m, double other_m, double height_m,
                                   double excess_rad = 0.0) {
   const auto corner = [&](double bearing_rad, double out_m, double up) {
@@ -45,7 +45,7 @@ refine::TriangleMesh folded_plate(double one_m, double other_m, double height_m,
 
 /// I of ObjectEchoes for the echo that such plates return by way of both, in the plane across the
 /// edge: Kirchhoff's integral from the sonar to one plate, from there to the other, and back,
-/// both ways round, over that of a flat plate. It shares nothing with the program.
+/// in both orders, divided by the integral of a flat plate. It shares no code with the program.
 double double_bounce_m2(double one_m, double other_m, double turned_rad, double excess_rad,
                         double range_m, double wavelength_m) {
   using Complex = std::complex<double>;
@@ -170,7 +170,7 @@ TEST_CASE("a smooth cylinder glints as its Fresnel zones say: a r / 4 near, a L^
             Approx(cylinder_db(0.265, 2.0, range_m - 0.265, wavelength_m)).margin(0.3));
     }
   // The limits, and a quadrature over the whole illuminated side (2 x 0.53 m, 400 kHz, at 50 and
-  // 1000 m), which says the same as the sum over the length.
+  // 1000 m), which agrees with the sum over the length.
   CHECK(cylinder_db(0.265, 0.1, 50.0, 0.00375) ==
         Approx(scatter::to_db(0.265 * 0.01 / (2.0 * 0.00375))).margin(0.1));
   CHECK(cylinder_db(0.265, 30.0, 50.0, 0.00375) ==
@@ -401,7 +401,8 @@ TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's inte
 
 TEST_CASE(
     "an open box shows its inner corner as two plates alone do, and a hidden one not at all") {
-  // Its edge along the track is the origin; the walls are the far one, the near one and the ends.
+  // The box's edge along the track is at the origin. The walls are the far wall, the near wall and
+  // the ends.
   const auto box = [](double length_m, double width_m, double near_m, double far_m,
                       double depression_rad, std::initializer_list<int> sides, bool inside_out) {
     const auto w = static_cast<float>(width_m), h = static_cast<float>(0.5 * length_m);

@@ -1,4 +1,4 @@
-// Glints of what is partly hidden against sums over what is seen.
+// Glints of partly hidden bodies against sums over the visible parts.
 
 #include <algorithm>
 #include <array>

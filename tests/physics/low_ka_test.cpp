@@ -33,7 +33,7 @@ std::complex<double> part(const First& first, const Second& second, double x) {
   return of_first / std::complex(of_first, of_second);
 }
 
-/// The target strength of a rigid sphere over its radius squared.
+/// The target strength of a rigid sphere, divided by its radius squared.
 double sphere_db(double ka) {
   std::complex<double> sum = 0.0;
   for (unsigned n = 0; n < static_cast<unsigned>(ka) + 8; ++n)
@@ -43,7 +43,8 @@ double sphere_db(double ka) {
   return scatter::to_db(std::norm(sum) / (ka * ka));
 }
 
-/// The same of a rigid cylinder that is seen across its axis, over its length squared.
+/// The target strength of a rigid cylinder that is seen across its axis, divided by its length
+/// squared.
 double rod_db(double ka) {
   std::complex<double> sum = 0.0;
   for (unsigned n = 0; n < static_cast<unsigned>(ka) + 8; ++n)

@@ -327,7 +327,7 @@ TEST_CASE("a multiple loses the bubble loss of the wind, and what waves reflect 
 }
 
 TEST_CASE("a bed with relief reflects most of a multiple past the beam") {
-  // The bed alone spreads it: the surface is calm.
+  // Only the bed spreads the multiple, because the sea surface is calm.
   const Sonar sonar = long_sonar();
   const double over_m = 20.0, r = std::hypot(over_m, altitude_m);
   const std::vector<float> direct = echo_from(r, sonar);
@@ -386,7 +386,7 @@ TEST_CASE("a multiple has the bed's strength at both of its legs' grazing angles
                                                direct, calm, {.strength = strength});
       return energy_about(0.5 * (r + back_m), all, sonar);
     };
-    // Lambert's law: mu sin g sin g' over mu sin^2 g.
+    // Lambert's law: mu sin g sin g' divided by mu sin^2 g.
     const double expected_db = scatter::to_db((up_m / back_m) / (altitude_m / r));
     CAPTURE(over_m);
     CHECK(scatter::to_db(energy(lambert) / energy([](double) { return 2e-3; })) ==

@@ -19,7 +19,7 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/echo/plane_spacing.h>
+#include <ensonify/engine/simulator/track_warnings.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
@@ -30,7 +30,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// The target strength of a body whose whole specular part is that of a rough surface.
+/// The target strength of a body whose whole specular part comes from a rough surface.
 double rough_strength_db(const refine::TriangleMesh& mesh, const scatter::Solid& solid,
                          double range_m, double heading_rad) {
   Sonar sonar = wide_sonar(20.0);

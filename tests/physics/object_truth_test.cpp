@@ -45,7 +45,7 @@ Scene level_scene(std::vector<ObjectOptions> objects) {
   return scene;
 }
 
-/// The same on a bed of 50 x 20 m with finer cells, and seen with other rays.
+/// level_scene() with a bed of 50 x 20 m, finer cells and other rays.
 Scene fine_scene(std::vector<ObjectOptions> objects, double cell_m) {
   Scene scene = level_scene(std::move(objects));
   scene.seafloor.cell_m = cell_m;

@@ -103,7 +103,7 @@ TEST_CASE("two glints interfere as far as their pulses overlap in time, whatever
       for (const double cells : {0.0, 0.23, 0.5, 0.77, 1.01, 1.5}) {
         const double gap_m = cells * cell_m;
         const double one = energy(0.0, std::nullopt), other = energy(std::nullopt, gap_m);
-        // By parts of the band, whose amplitudes a Hann window weights by cos^2.
+        // A sum over parts of the band. A Hann window weights their amplitudes by cos^2.
         double overlap = std::max(0.0, 1.0 - cells);
         if (kind == PulseKind::lfm) {
           double sum = 0.0, whole = 0.0;
@@ -126,7 +126,7 @@ TEST_CASE("two glints interfere as far as their pulses overlap in time, whatever
 }
 
 TEST_CASE("the pieces of an inclined plate with a window interfere as their pulses overlap") {
-  // It spans more range than a pulse: without regard to time its pieces would interfere all over.
+  // The body spans more range than a pulse. Without regard to time, all its pieces would interfere.
   const refine::TriangleMesh window =
       upright_cells(1.0, [](int i, int k) { return i % 3 == 0 || k % 3 == 0; });
   constexpr double range_m = 40.0;

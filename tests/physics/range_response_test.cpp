@@ -44,7 +44,7 @@ double lobe_width_m(const std::vector<float>& intensity, double bin_m, double be
   return (reach(1) + reach(-1)) * bin_m;
 }
 
-/// The highest level beyond the first null on the far side, over the peak.
+/// The highest level beyond the first null on the far side, relative to the peak.
 double side_lobe_db(const std::vector<float>& intensity) {
   auto at = std::max_element(intensity.begin(), intensity.end());
   const double peak = *at;
@@ -75,7 +75,7 @@ TEST_CASE("a point's echo has the width of its pulse in range, and the pulse's s
 
   const EchoLine cw = echo_of_point({.kind = PulseKind::cw, .bandwidth_hz = 30e3});
   CHECK(lobe_width_m(cw.bins.intensity_mean, bin_m, 3.0103) == Approx(cell_m).epsilon(0.01));
-  // It begins at the point's range.
+  // The echo begins at the point's range.
   const std::vector<float>& tone = cw.bins.intensity_mean;
   const float peak_of_tone = *std::max_element(tone.begin(), tone.end());
   for (std::size_t i = 0; i < tone.size(); ++i) {
@@ -88,7 +88,7 @@ TEST_CASE("a point's echo has the width of its pulse in range, and the pulse's s
 }
 
 TEST_CASE("a moving sonar hears an echo where it is when that comes back") {
-  // From a place p at the distance R, sent at 0 and heard at t: R + |p - v t| = c t.
+  // An echo of a place p at the distance R, sent at 0 and received at t: R + |p - v t| = c t.
   constexpr double altitude_m = 10.0, c = 1500.0;
   const Eigen::Vector3d sonar_at(0.0, 0.0, -10.0);
   for (const Eigen::Vector3d& velocity_mps :

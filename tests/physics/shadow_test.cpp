@@ -47,7 +47,7 @@ TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
   CHECK(starboard.bins.instance[top] == 7);
   CHECK(starboard.bins.intensity_mean[top] > 5.0f * starboard.bins.intensity_mean[top - 10]);
 
-  // The other side sees nothing of it.
+  // The wall has no effect on the other side.
   for (std::size_t i = 0; i < lines[0].bins.region.size(); ++i) {
     REQUIRE(!is(lines[0], i, Region::shadow));
     REQUIRE(lines[0].bins.instance[i] == 0);
@@ -85,7 +85,7 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam is tilte
   }
 
   // With a real vertical beam, its axis 20 degrees down: when rolled to starboard, the far range
-  // of starboard leaves the beam, and that of port comes nearer to the axis.
+  // of starboard leaves the beam, and the far range of port comes nearer to the axis.
   const auto plain = ping_once({}, bed, above_bed, height_m);
   Pose rolled = above_bed;
   rolled.roll_rad = 0.15;

@@ -428,7 +428,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
           Approx(expected_db).margin(0.05));
     CHECK(near / far == Approx(1.0).epsilon(0.015));
   }
-  // A shaded receiver hears more of it, by its noise width; a shaded transmitter does not matter.
+  // A shaded receiver receives more noise, by its noise width. A shaded transmitter has no effect.
   Sonar sonar;
   const double uniform = BedReceiver(sonar).chain.noise(0);
   sonar.receive_shading = ShadingKind::hann;

@@ -46,8 +46,8 @@ struct IntensityMoments {
 };
 
 /// The mean of 1 / shape over the ranges beyond 30 m, of cells of this length, longer than patches.
-/// Along the track the weights are those of sinc^4(L y / (lambda r)), whose integral is 2/3 lambda
-/// r / L and whose square's is 151/315 lambda r / L.
+/// Along the track the weights are sinc^4(L y / (lambda r)). The integral of the weights is 2/3
+/// lambda r / L, and the integral of their square is 151/315 lambda r / L.
 double expected_excess(const Sonar& sonar, double cell_m, double patch_m, double shape) {
   const double beam =
       1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
@@ -61,7 +61,7 @@ double expected_excess(const Sonar& sonar, double cell_m, double patch_m, double
   return mean;
 }
 
-/// Of the intensities beyond 30 m of pings far from one another.
+/// The moments of the intensities beyond 30 m, over pings that are far from one another.
 IntensityMoments intensity_moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
   GroundReceiver receiver(sonar, texture);
   double sum = 0.0, squares = 0.0, cubes = 0.0, count = 0.0;
@@ -190,7 +190,7 @@ TEST_CASE("the shape of a cell grows with its length, as Abraham and Lyons (2002
 
 TEST_CASE("the shape of a cell is that of its patches times their number, whatever the bins are") {
   // A sum of gamma variables of one shape with the weights p has 1 / shape = sum p^2 / (sum p)^2 /
-  // their shape. Over range the weights of a CW pulse are those of a box. The beam is sampled by
+  // their shape. Over range the weights of a CW pulse are a box. The beam is sampled by
   // some 12 scatterers, which makes the shape a little smaller.
   constexpr double patch_m = 0.01, shape = 0.003;
   for (const double cell_bins : {0.25, 0.6, 1.0, 1.3, 1.6, 2.0, 2.5, 4.0, 16.0}) {
@@ -292,7 +292,7 @@ TEST_CASE("the shape of a cell grows with the width of the beam") {
 }
 
 TEST_CASE("the excess of the texture over speckle is flat from 0.1 to 6 cycles per metre") {
-  // As that of point-like patches is. A pulse of 5 cm passes up to 10 cycles per metre.
+  // The excess of point-like patches is flat too. A pulse of 5 cm passes up to 10 cycles per metre.
   Sonar sonar = quiet_sonar();
   sonar.range_m = 80.0;
   sonar.bins = 3200;
@@ -392,7 +392,7 @@ TEST_CASE("the wall of an object has as many patches as level ground of its size
     CHECK(sum == Approx(1.0).epsilon(0.06));
     return squares - sum * sum;
   };
-  const auto variance_by_patches = [&](double rise) {  // without that of speckle
+  const auto variance_by_patches = [&](double rise) {  // without speckle's variance
     return variance_of_power(rise, patches(0.1, 0.2)) - variance_of_power(rise, {});
   };
   const double level = variance_by_patches(0.0), wall = variance_by_patches(1.0);
@@ -401,9 +401,9 @@ TEST_CASE("the wall of an object has as many patches as level ground of its size
 }
 
 TEST_CASE("bright samples of sand and gravel are as frequent as in two recordings at 600 kHz") {
-  // Between those of river-1236.xtf, a bed of sand, and scotsman-iver2.xtf, a mixed bed (means of
-  // both sides). At 14 to 20 degrees 136 samples of the river's port side exceed twice the mean,
-  // 161 of both: its bed has relief.
+  // The limits are the values of river-1236.xtf, a bed of sand, and scotsman-iver2.xtf, a mixed bed
+  // (means of both sides). At 14 to 20 degrees 136 samples of the river's port side
+  // exceed twice the mean, 161 of both: its bed has relief.
   const std::string bed = GENERATE("medium sand", "sandy gravel");
   CAPTURE(bed);
   const Tail low = recorded_tail(bed, 8.0, 14.0), middle = recorded_tail(bed, 14.0, 20.0),
@@ -571,7 +571,7 @@ TEST_CASE("the slow variation of the bed is that of its place, also next to anot
     }
     std::vector<float> direct(bins.x_m.size(), 1.0f);
     ground.vary(bins, direct);
-    // A bin that is the only one with an echo has the value of its own place.
+    // If only one bin has an echo, that bin has the value of its place.
     for (std::size_t n = 16; n < direct.size(); ++n) {
       std::vector<float> alone(direct.size(), 0.0f);
       alone[n] = 1.0f;

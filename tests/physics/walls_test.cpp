@@ -22,8 +22,8 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// A wall on the bed. Its middle along the track is beside_m from that of the beam; its normal is
-/// turned by turned_rad from facing the sonar, in the level.
+/// A wall on the bed. Along the track, the middle of the wall is beside_m from the middle of the
+/// beam. The normal is turned by turned_rad about the vertical, from the direction to the sonar.
 struct Wall {
   double length_m = 40.0, turned_rad = 0.0, beside_m = 0.0, slope = 0.0;
   double away_m = 24.0, height_m = 2.5;
@@ -228,7 +228,7 @@ TEST_CASE("a wall mirrors only bed that is seen") {
 }
 
 TEST_CASE("the echo of a high wall that leans is spread over its bins") {
-  // Its paths differ by metres, over which the echo has no gaps.
+  // The lengths of the wall's paths differ by metres. The echo has no gaps over these ranges.
   const Sonar sonar = open_sonar();
   EchoLine line = level_line(sonar, starboard_sector, array, altitude_m);
   const double leans_rad = 4.0 * degree;
@@ -263,7 +263,7 @@ TEST_CASE("a wall that is oblique or beside the beam mirrors less of the bed") {
           Approx(expected).epsilon(0.08).margin(0.01 * whole));
     CHECK(expected < 0.9 * whole);
   }
-  // From 45 degrees on, and from its back, it mirrors none.
+  // A wall that is turned by 45 degrees or more, or that shows its back, mirrors no sound.
   for (const double turned_deg : {46.0, 90.0, 180.0})
     CHECK(corner_energy(sonar, {.strength = lambert}, {.turned_rad = turned_deg * degree}) == 0.0);
 }

@@ -91,7 +91,7 @@ FacesByNumber faces_by_number(const ExactFaces& exact) {
       corners[k] = {p.x(), p.y(), p.z()};
     }
   }
-  // Not an assertion: those of Catch2 are for one thread.
+  // This is no assertion, because assertions of Catch2 are for one thread.
   if (faces.size() != exact.faces.size()) throw std::logic_error("two faces have one number");
   return faces;
 }
@@ -150,7 +150,7 @@ TEST_CASE("the active meshes of neighbouring clusters fit each other at any refi
     const std::vector<FanVolume> volumes = fans_at(x_m, y_m);
     active.refine(volumes);
     REQUIRE(active.active().size() >= 4);
-    // Each edge at a cluster's border is met by the neighbour's, in the other direction.
+    // Each edge at a cluster's border is also an edge of the neighbour, in the opposite direction.
     using Place = std::array<float, 3>;
     std::map<std::array<Place, 2>, int> open;
     for (const auto& its : active.active()) {
@@ -192,7 +192,7 @@ TEST_CASE("clusters in files have the faces of those in memory, whichever proces
   const std::vector<FacesByNumber> expected = named_at(in_memory, where);
   const fs::path files = folder / "a.clusters";
   {
-    // Two users at once; one goes the other way.
+    // Two users work at once, in opposite directions.
     MeshClusters one(bed.grid, bed.bodies, files, "key"), other(bed.grid, bed.bodies, files, "key");
     std::vector<FacesByNumber> found, reversed;
     std::thread thread([&] { found = named_at(one, where); });
@@ -231,16 +231,7 @@ TEST_CASE("clusters in files have the faces of those in memory, whichever proces
 TEST_CASE("clusters of a grid in tiles make the tiles that they need, and no others") {
   const Heights heights = random_heights(2300, 700, cell_m, 1.0, 0.0, 13);
   const HeightGrid grid = heights.grid();
-  const auto source = [&](int first_column, int first_row, int columns, int rows,
-                          std::span<double> z_m, std::span<std::uint8_t>) {
-    for (int row = 0; row < rows; ++row)
-      std::copy_n(
-          heights.z_m.begin() + std::ptrdiff_t{first_row + row} * heights.columns + first_column,
-          columns, z_m.begin() + std::ptrdiff_t{row} * columns);
-  };
-  const auto tiles = std::make_shared<HeightTiles>(
-      heights.x_m(), heights.y_m(), Eigen::Vector3d::Zero(),
-      [](HeightTiles::Shape& shape) { shape.mean_height_m = 0.0; }, source, fs::path{}, "key");
+  const auto tiles = heights.tiles();
   const HeightGrid tiled(tiles);
   MeshClusters expected(grid, {}, {}, ""), found(tiled, {}, {}, "");
   const std::vector<std::array<double, 2>> where = {{-500.0, 0.0}, {-499.5, 0.5}, {-480.0, 100.0}};

@@ -17,6 +17,7 @@
 #include "support/damaged_meshes.h"
 #include "support/data.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/settings.h"
 #include "support/temporary_folder.h"
 #include "support/tricky_meshes.h"
@@ -132,13 +133,8 @@ TEST_CASE("A valid mesh is read correctly in any spelling") {
 }
 
 TEST_CASE("A message names the line, or the byte, of the fault") {
-  const auto message = [](const std::string& bytes, MeshFormat format) -> std::string {
-    try {
-      parse_mesh(bytes, format, "dir/m");
-    } catch (const MeshError& error) {
-      return error.what();
-    }
-    return "read";
+  const auto message = [](const std::string& bytes, MeshFormat format) {
+    return message_thrown<MeshError>([&] { parse_mesh(bytes, format, "dir/m"); }, "read");
   };
   const auto expect = [&](const std::string& bytes, MeshFormat format, const std::string& start) {
     const std::string found = message(bytes, format);

@@ -26,6 +26,7 @@
 #include "support/files.h"
 #include "support/invariants.h"
 #include "support/meshes.h"
+#include "support/message.h"
 #include "support/progressive_file.h"
 #include "support/temporary_folder.h"
 
@@ -89,12 +90,8 @@ void flip(const fs::path& file, std::size_t bit) {
 
 /// The error message for a file that is mapped and read completely; empty if it is valid.
 std::string complaint(const fs::path& file) {
-  try {
-    map_progressive_mesh(file).verify_all();
-  } catch (const MeshError& error) {
-    return error.what();
-  }
-  return "";
+  return ensonify::tests::message_thrown<MeshError>(
+      [&] { map_progressive_mesh(file).verify_all(); });
 }
 
 /// Runs work in another process and returns its exit status.

@@ -11,7 +11,6 @@
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/kirchhoff.h>
-#include <ensonify/scatter/large_roughness.h>
 
 using namespace ensonify::scatter;
 using std::numbers::pi;

@@ -4,8 +4,8 @@
 
 #include "support/catch.h"
 
+#include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/reflection.h>
-#include <ensonify/scatter/sediment_volume.h>
 
 using namespace ensonify::scatter;
 using std::numbers::pi;

@@ -14,8 +14,8 @@ using std::numbers::pi;
 
 namespace {
 
-/// Bessel functions of whole orders by recurrence: those of the first kind downwards, those of the
-/// second upwards. half: spherical ones.
+/// Bessel functions of whole orders by recurrence: the first kind downwards, the second kind
+/// upwards. half: spherical Bessel functions.
 struct Orders {
   std::vector<double> j, y;
 };

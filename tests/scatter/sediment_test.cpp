@@ -3,6 +3,7 @@
 #include <set>
 
 #include "support/catch.h"
+#include "support/message.h"
 
 #include <ensonify/scatter/sediment.h>
 
@@ -11,21 +12,11 @@ using namespace ensonify::scatter;
 namespace {
 
 std::string refusal(const Sediment& sediment) {
-  try {
-    check(sediment);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return ensonify::tests::message_thrown<std::invalid_argument>([&] { check(sediment); });
 }
 
 std::string refusal_of_name(std::string_view name) {
-  try {
-    sediment_named(name);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return ensonify::tests::message_thrown<std::invalid_argument>([&] { sediment_named(name); });
 }
 
 bool contains(const std::string& text, const std::string& part) {

@@ -50,13 +50,13 @@ inline engine::Sonar plain_sonar() {
   return sonar;
 }
 
-/// That many materials that all scatter by one law.
+/// `count` materials that all scatter by one law.
 inline std::vector<engine::MaterialInSonar> materials_of(std::size_t count,
                                                          const scatter::Backscatter& law) {
   return std::vector<engine::MaterialInSonar>(count, {scatter::BackscatterTable(law)});
 }
 
-/// The expected echo of a line over these faces. pose: of its beam.
+/// The expected echo of a line over these faces. pose: the pose of the line's beam.
 inline engine::EchoLine echo_line(engine::PingTracer& pinger, const engine::LinePlan& plan,
                                   const engine::Pose& pose, double altitude_m,
                                   const engine::Faces& faces, int bins) {
@@ -85,7 +85,7 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   return lines;
 }
 
-/// The bin of a range.
+/// The bin that contains a range.
 inline std::size_t bin_at(const engine::Sonar& sonar, double range_m) {
   return static_cast<std::size_t>(range_m / sonar.bin_m());
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// One spelling for Catch2 2 and 3.
+// The same names for versions 2 and 3 of Catch2.
 #if __has_include(<catch2/catch_all.hpp>)
 #include <string>
 

@@ -10,7 +10,7 @@
 
 namespace ensonify::tests {
 
-/// The bytes with those from `place` on overwritten.
+/// The bytes, in which `with` replaces as many bytes from `place` on.
 inline std::string patched(std::string bytes, std::size_t place, const std::string& with) {
   return bytes.replace(place, with.size(), with);
 }

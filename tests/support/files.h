@@ -35,7 +35,7 @@ inline void change_byte(const std::filesystem::path& file, std::uint64_t place) 
   open.put(static_cast<char>(byte ^ 0x10));
 }
 
-/// The names of what a folder holds.
+/// The names of the files and folders in a folder.
 inline std::set<std::string> names_in(const std::filesystem::path& folder) {
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder))

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "support/meshes.h"
 
 #include <ensonify/refine/height_grid.h>
+#include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::tests {
 
@@ -25,6 +29,20 @@ struct Heights {
       builder.add_row(std::span(z_m).subspan(row * static_cast<std::size_t>(columns),
                                              static_cast<std::size_t>(columns)));
     return std::move(builder).finish();
+  }
+  /// The same heights in tiles that are made when they are needed. The tiles use these heights, so
+  /// these must live longer. The tiles' mean height is 0, and they are not written to a file.
+  std::shared_ptr<refine::HeightTiles> tiles() const {
+    const auto source = [this](int first_column, int first_row, int width, int height,
+                               std::span<double> tile_z_m, std::span<std::uint8_t>) {
+      for (int row = 0; row < height; ++row)
+        std::copy_n(z_m.begin() + std::ptrdiff_t{first_row + row} * columns + first_column, width,
+                    tile_z_m.begin() + std::ptrdiff_t{row} * width);
+    };
+    return std::make_shared<refine::HeightTiles>(
+        x_m(), y_m(), Eigen::Vector3d::Zero(),
+        [](refine::HeightTiles::Shape& shape) { shape.mean_height_m = 0.0; }, source,
+        std::filesystem::path(), "key");
   }
 
  private:

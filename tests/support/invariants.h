@@ -18,7 +18,7 @@ namespace ensonify::tests {
 /// active ancestors. Each directed edge exists at most once; opposites and borders agree; each
 /// vertex has one fan. Euler's characteristic is the original's; each vertex stands for a disc. Cut
 /// vertices are in the one-ring; where two are one, that one was collapsed later. The exact faces
-/// are those of three leaves.
+/// are the faces of three leaves.
 std::vector<std::string> broken_invariants(const refine::ActiveMesh& mesh);
 
 /// The same, plus what refine(volumes) promises: no active inner sphere meets a volume, and the

@@ -72,8 +72,8 @@ inline ObjectOptions small_ball(double east_m, double height_m) {
   return ball;
 }
 
-/// The range of the strongest echo, and the energy next to it, which is that of an object on its
-/// own over a dark bed.
+/// The range of the strongest echo, and the energy around that range. If the bed is dark, this is
+/// the energy of the only object.
 struct Peak {
   double range_m, energy_db;
 };

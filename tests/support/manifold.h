@@ -44,7 +44,7 @@ inline std::string manifold_fault(const refine::TriangleMesh& mesh) {
   return "";
 }
 
-/// The same of faces with any vertex numbers.
+/// As above, for faces with any vertex numbers.
 inline std::string manifold_fault(std::vector<refine::Face> faces) {
   std::map<std::uint32_t, std::uint32_t> number;
   for (refine::Face& face : faces)

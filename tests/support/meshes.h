@@ -22,12 +22,12 @@ namespace ensonify::tests {
 
 using Random = std::mt19937_64;
 
-/// Uniform in [low, high); the same numbers with every standard library.
+/// A uniform number in [low, high). Every standard library gives the same numbers.
 inline double uniform(Random& random, double low = 0.0, double high = 1.0) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-/// Uniform on the unit sphere.
+/// A direction that is uniform on the unit sphere.
 inline Eigen::Vector3d direction(Random& random) {
   const double z = uniform(random, -1.0, 1.0), angle = uniform(random, 0.0, 2.0 * std::numbers::pi);
   const double r = std::sqrt(1.0 - z * z);
@@ -109,7 +109,7 @@ inline refine::TriangleMesh holed_grid(std::uint32_t cells, double cell_m, doubl
                  [&](std::uint32_t f) { return hole(f / 2 % cells, f / 2 / cells); });
 }
 
-/// Breaking waves: each crest overhangs the trough before it.
+/// A mesh like breaking waves: each crest overhangs the trough before the crest.
 inline refine::TriangleMesh overhang(std::uint32_t columns, std::uint32_t rows, double cell_m,
                                      std::uint64_t seed) {
   Random random(seed);
@@ -125,7 +125,7 @@ inline refine::TriangleMesh overhang(std::uint32_t columns, std::uint32_t rows, 
       &random);
 }
 
-/// Closed, one handle, oriented outwards; its axis is z.
+/// A closed mesh with one handle, oriented outwards, about the z axis.
 inline refine::TriangleMesh torus(std::uint32_t around, std::uint32_t across, double radius_m,
                                   double tube_m) {
   return sheet(
@@ -139,7 +139,7 @@ inline refine::TriangleMesh torus(std::uint32_t around, std::uint32_t across, do
       nullptr, true);
 }
 
-/// Closed, oriented outwards: an octahedron whose faces are cut into four `level` times.
+/// A closed mesh, oriented outwards: an octahedron, each face cut into four `level` times.
 inline refine::TriangleMesh ball(int level, double radius_m) {
   refine::TriangleMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -249,7 +249,7 @@ inline refine::ProgressiveMeshArrays arrays_of(const refine::ProgressiveMesh& me
           .world_origin = mesh.world_origin};
 }
 
-/// Compares the bytes of all arrays.
+/// Whether all arrays of two progressive meshes have the same bytes.
 inline bool same_bytes(const refine::ProgressiveMesh& a, const refine::ProgressiveMesh& b) {
   const auto same = [](const auto& x, const auto& y) {
     return x.size() == y.size() &&
@@ -306,7 +306,7 @@ inline refine::TriangleMesh random_vertices(std::vector<refine::Face> faces, std
   return mesh;
 }
 
-/// The smallest meshes of every kind.
+/// The smallest mesh of each kind.
 inline std::vector<NamedMesh> smallest_meshes() {
   std::vector<NamedMesh> meshes;
   const auto add = [&](const char* name, std::vector<refine::Face> faces, std::size_t vertices) {

@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "support/message.h"
+
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 
@@ -74,12 +76,7 @@ inline std::vector<std::string> contents(Scene scene) {
 }
 
 inline std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "no error";
+  return message_thrown<SceneError>(action, "no error");
 }
 inline std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {},
                             const ScenePaths& paths = {}) {

@@ -35,7 +35,7 @@ inline Scene bare_scene() {
   return scene;
 }
 
-/// The same, where sound is faster near the bed.
+/// bare_scene() in water where sound is faster near the bed.
 inline Scene bent_scene(const TemporaryFolder& folder) {
   write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1504\n4,1505\n18,1510\n33,1511\n");
   Scene scene = bare_scene();
@@ -68,7 +68,7 @@ inline refine::TriangleMesh object_of(const Simulator& simulator) {
 
 inline const Pose beside{.position = {0.0, 0.0, -7.0}, .roll_rad = 0.02, .heading_rad = 0.1};
 
-/// Every number of every line.
+/// All numbers of all lines, in order.
 inline std::vector<double> numbers(std::span<const EchoLine> lines) {
   std::vector<double> all;
   for (const EchoLine& line : lines)

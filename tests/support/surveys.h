@@ -30,7 +30,7 @@ inline Tiff tiff_4x3() {
   return tiff;
 }
 
-/// What is read of a file with these bytes.
+/// The heights that read_survey() returns for a file with these bytes.
 inline engine::Heightfield survey_of(const TemporaryFolder& folder, const std::string& bytes,
                                      const std::string& name, double water_level_m = 0.0) {
   write_text(folder / name, bytes);

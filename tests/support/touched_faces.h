@@ -11,7 +11,7 @@
 
 namespace ensonify::tests {
 
-/// By the definition in fan_volume.h.
+/// Whether a point is inside a fan volume, by the definition in fan_volume.h.
 inline bool inside(const refine::FanVolume& v, const Eigen::Vector3d& point) {
   const Eigen::Vector3d p = point - v.apex;
   const double r = p.norm(), h = p.dot(v.pole);
@@ -20,7 +20,7 @@ inline bool inside(const refine::FanVolume& v, const Eigen::Vector3d& point) {
          h <= r * std::sin(v.elevation_high_rad);
 }
 
-/// Faces with a random point inside the volume: these touch it.
+/// Faces that touch the volume: a random point of each face is inside.
 inline std::set<std::uint32_t> touched_faces(const refine::TriangleMesh& mesh,
                                              const refine::FanVolume& volume, Random& random) {
   std::set<std::uint32_t> out;

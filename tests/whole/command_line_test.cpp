@@ -638,7 +638,7 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
   fs::create_symlink("../up.obj", folder / "links/up.obj");
   for (const std::string mesh : {"up.obj", "links/up.obj"})
     CHECK(run_program(folder.path(), {"analyse", mesh, "-o", "up.epm", "--quiet"}).code == 0);
-  // Its water level is that of the analysis.
+  // The water level is the level of the analysis.
   write_text(folder / "up.toml",
              "version = 1\n[seafloor]\nkind = \"progressive\"\nprogressive = \"up.epm\"\n");
   check_refused(run_program(folder.path(), {"run", "up.toml", "-o", "up"}), 2, "analyse it again");

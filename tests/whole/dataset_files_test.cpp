@@ -54,7 +54,7 @@ std::vector<std::uint16_t> mask(const fs::path& file, bool wide) {
 }
 
 /// The type of a column with these types in its rows, as Arrow infers it from JSON: an empty list
-/// or a null has none of its own.
+/// or a null has no type.
 Json common_type(const Json& a, const Json& b) {
   if (a.is_null()) return b;
   if (b.is_null() || a == b) return a;

@@ -129,7 +129,7 @@ std::string wrong_line(const fs::path& file, const std::string& line) {
       [&](const char* parser) { return code.find(parser) != std::string::npos; });
   if (FloorAndRoom(file).floor == "engine" && !door && parses)
     return "text is parsed without a limit of its depth: json_of() and parse_toml() have it";
-  // GDAL has locks of its own, which a fork() leaves as they are, too.
+  // A fork() leaves the locks of GDAL as they are, too.
   static const std::regex constant(R"(^ +static (const|auto) (?!bool registered)[^(]*(=|\{))");
   if (FloorAndRoom(file).is_library() && std::regex_search(code, constant))
     return "a constant whose making a child of fork() may wait for: use made_once()";

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
@@ -22,6 +21,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "support/at.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/paths.h"
@@ -70,13 +70,6 @@ struct ComparedImage {
   }
 };
 
-template <class T>
-T read_at(const std::string& bytes, std::size_t place) {
-  T value;
-  std::memcpy(&value, bytes.data() + place, sizeof value);
-  return value;
-}
-
 /// XTF: packets of two channels of 1024 shorts, port far to near; the first has no navigation.
 ComparedImage read_recording(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -89,9 +82,9 @@ ComparedImage read_recording(const fs::path& file) {
         for (std::size_t i = 0; i < bins; ++i) {
           const std::size_t from = place + 256 + (side + 1) * 64 + side * 2 * bins + 2 * i;
           recording.samples[side][(packet - 2) * bins + (side == 0 ? bins - 1 - i : i)] =
-              read_at<std::uint16_t>(bytes, from);
+              tests::at<std::uint16_t>(bytes, from);
         }
-    place += read_at<std::uint32_t>(bytes, place + 10);
+    place += tests::at<std::uint32_t>(bytes, place + 10);
   }
   recording.find_first_returns();
   return recording;

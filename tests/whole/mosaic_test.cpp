@@ -511,8 +511,8 @@ TEST_CASE("Where two lines cross, the overlap decides which is shown") {
   {
     const MosaicPicture a = picture({"north"}, Overlap::nearest),
                         b = picture({"east"}, Overlap::nearest);
-    // The nearer line, by the distance from the tracks, x = 0 and y = 0; close to their bisectors
-    // that of a bin's centre decides.
+    // A pixel shows the line whose track, x = 0 or y = 0, is nearer. Close to the bisectors of the
+    // tracks, the distance of a bin's centre decides.
     CHECK(differences(picture({"north", "east"}, Overlap::nearest), [&](const Vector2d& place) {
             if (std::isnan(a.at(place))) return b.at(place);
             if (std::isnan(b.at(place))) return a.at(place);

@@ -535,7 +535,7 @@ TEST_CASE("what is not of the run is never removed from the places of its parts"
   fs::remove_all(folder / "run/part_0002");
   write_text(folder / "run/part_0002", "no folder");
   check_refused("run", {}, "run/part_0002");
-  // Without their plan, whole parts of the same run are found, those of another one are not its.
+  // If the plan is missing, whole parts of the same run are used. Parts of another run are not.
   fs::remove(folder / "run/part_0002");
   run_whole(folder.path(), "run");
   for (const char* top : {"run.json", "manifest.json", "left-right.png", "left-right_targets.json"})

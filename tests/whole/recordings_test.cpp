@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -16,6 +15,7 @@
 #include <fmt/format.h>
 #include <ogr_spatialref.h>
 
+#include "support/at.h"
 #include "support/catch.h"
 #include "support/dark_bed.h"
 #include "support/files.h"
@@ -55,14 +55,6 @@ bins = 600
 elevations = 3000
 focused = true
 )";
-
-template <class T>
-T at(const std::string& bytes, std::size_t offset) {
-  REQUIRE(offset + sizeof(T) <= bytes.size());
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
 
 /// Longitude and latitude.
 using Place = Vector2d;

@@ -9,6 +9,7 @@
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/paths.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
@@ -217,12 +218,7 @@ TEST_CASE("a track that leaves the seafloor or the water is refused with advice"
   const auto refusal = [](auto spoil) -> std::string {
     Scene scene = small_scene();
     spoil(scene);
-    try {
-      Simulator(scene).track();
-    } catch (const SceneError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return message_thrown<SceneError>([&] { Simulator(scene).track(); }, "accepted");
   };
   using Catch::Contains;
   CHECK_THAT(refusal([](Scene& s) { s.track.middle_east_m = 80.0; }), Contains("off the seafloor"));

@@ -1,5 +1,5 @@
-// The JSON Schema of scenes and recipes, by Python's jsonschema: what it accepts and refuses is
-// what the reader accepts and refuses.
+// Tests the JSON Schema of scenes and recipes with Python's jsonschema: the schema and the reader
+// accept and refuse the same texts.
 
 #include <cstdlib>
 #include <string>

@@ -13,17 +13,17 @@
 namespace ensonify::engine {
 
 /// The sediments that are used at frequencies for which the bottom model is not validated, and
-/// whose levels may be off by more than scatter::ordinary_spread_db. Mud and sand up to medium
-/// sand, from 10 kHz to 1 MHz, are within that spread.
+/// whose levels may be wrong by more than scatter::ordinary_spread_db. Sediments from mud to medium
+/// sand, from 10 kHz to 1 MHz, are within this spread.
 class Extrapolation {
  public:
   Extrapolation() = default;
-  /// For a simulator's sonars and materials; `own` are the materials that its scene defines.
+  /// For the sonars and materials of a simulator; `own` are the materials that its scene defines.
   Extrapolation(std::span<const Sonar> sonars, std::span<const std::string> materials,
                 std::span<const Material> own);
   Extrapolation& operator+=(const Extrapolation& other);
 
-  /// A warning in one line; none where all is validated.
+  /// A warning on one line; none if all levels are within the spread.
   std::optional<std::string> warning() const;
   /// These warnings, followed by warning().
   std::vector<std::string> appended_to(std::span<const std::string> warnings) const;
@@ -31,7 +31,7 @@ class Extrapolation {
  private:
   void add(const std::string& name, double spread_db);
 
-  std::map<std::string, double> spread_db_;  // by the material's name
+  std::map<std::string, double> spread_db_;  // by the name of the material
   double lowest_hz_ = std::numeric_limits<double>::infinity(), highest_hz_ = 0.0;
 };
 

@@ -9,14 +9,16 @@
 
 namespace ensonify::engine {
 
-/// Whether a name or a TOML key may have this character: A to Z, a to z, digits, _ and -.
+/// Whether names and TOML keys may have this character: A to Z, a to z, 0 to 9, _ and -.
 bool is_name_character(char character);
 
-/// What is wrong with the name of a sonar or a material (`kind`); none if it may have that name.
+/// What is wrong with the name of a sonar or of a material; `kind` says which. None if nothing is
+/// wrong.
 std::optional<std::string> fault_of_name(std::string_view kind, std::string_view name);
 
-/// A sonar's files begin with its name. What is wrong with a name whose files would be those of
-/// another one of these sonars, of a run or of a sample; none if it may be used.
+/// The names of a sonar's files begin with the sonar's name. Returns what is wrong with a name
+/// whose files would have the same names as those of another one of these sonars, or as a file of
+/// every run or sample; none if nothing is wrong.
 std::optional<std::string> fault_of_file_names(std::string_view name,
                                                std::span<const Sonar> sonars);
 

@@ -12,7 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// The faults of one table, the first of which counts.
+/// Finds the faults of one table. The first fault counts.
 class Faults {
  public:
   Faults(const ObjectOptions& object, const std::string& name) : object_(object), name_(name) {}
@@ -86,7 +86,7 @@ class Faults {
         add(dimension.key, "'{}.{}' is not a size of a {}, which has {}", dimension.key, kind.name,
             has);
     }
-    constexpr double largest_m = 1000.0;  // as of the keys of sizes
+    constexpr double largest_m = 1000.0;  // the largest value of the keys of sizes
     const Dimension& first = kind.dimensions.front();
     const double usual_m = std::max(first.usual_m, first.max_m);
     const double scaled_m =

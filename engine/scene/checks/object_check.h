@@ -8,17 +8,17 @@
 
 namespace ensonify::engine {
 
-/// A key and the error in its value.
+/// A wrong key, and a message about it.
 struct ObjectFault {
   std::string key;
   std::string message;
 };
 
-/// The first error in a table of objects, whose key is `name`: keys that contradict each other, or
-/// belong to other shapes.
+/// The first error in a table of objects: keys that contradict each other or belong to other
+/// shapes. `name` is the table's key, such as objects.0.
 std::optional<ObjectFault> fault_of(const ObjectOptions& object, const std::string& name);
 
-/// The first error in how tables of objects make assemblies.
+/// The first error in the way in which tables of objects make assemblies.
 std::optional<ObjectFault> fault_of_assemblies(std::span<const ObjectOptions> objects);
 
 }  // namespace ensonify::engine

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/checks/seabed_check.h>
+#include <ensonify/engine/scene/checks/check.h>
 
 #include <algorithm>
 #include <map>
@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/checks/require-inl.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
@@ -20,7 +21,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Calls f(layer, its name) for each patch and each layer of relief.
+/// Calls f(layer, name of the layer) for each patch and each layer of relief.
 template <class F>
 void for_each_layer(const Scene& scene, F f) {
   for_each_list(scene, [&](const auto& section, const auto& list) {
@@ -32,27 +33,18 @@ void for_each_layer(const Scene& scene, F f) {
 
 class Check {
  public:
-  Check(const Scene& scene, const std::function<std::string(std::string_view)>& place)
-      : bed_(scene.seafloor), place_(place) {}
-
-  void require(bool holds, const std::string& key, const auto& message) const {
-    if (!holds) throw SceneError(fmt::format("{}: {}", place_(key), message()));
-  }
+  Check(const Scene& scene, const Require& require) : bed_(scene.seafloor), require_(require) {}
 
   void area(const Area& area, const std::string& name) const {
     const std::string polygon = name + ".polygon_m";
     const std::size_t points = area.polygon_m.size();
-    require(points == 0 || (points >= 3 && points <= 1000), polygon, [&] {
-      return fmt::format("'{}' has {} points, expected a polygon of three to 1000 points", polygon,
-                         points);
-    });
+    require_(points == 0 || (points >= 3 && points <= 1000), polygon,
+             "'{}' has {} points, expected a polygon of three to 1000 points", polygon, points);
     if (const auto sides = crossing_sides(area.polygon_m))
-      require(false, polygon, [&] {
-        return fmt::format(
-            "'{}' crosses itself: the sides from point {} and from point {} meet; expected "
-            "points in their order around",
-            polygon, sides->first + 1, sides->second + 1);
-      });
+      require_(false, polygon,
+               "'{}' crosses itself: the sides from point {} and from point {} meet; expected "
+               "points in their order around",
+               polygon, sides->first + 1, sides->second + 1);
     if (!area.polygon_m.empty()) {
       Vector2d low = area.polygon_m[0], high = low;
       for (const Vector2d& p : area.polygon_m) {
@@ -70,32 +62,29 @@ class Check {
     ordered(area.gentlest_rad, area.steepest_rad, name + ".steepest_deg", "gentlest_deg");
   }
 
-  /// Requires that a box around an area overlaps the seabed. The extent of a survey is not known
-  /// yet.
+  /// Requires that the box around an area overlaps the seabed. Only for a generated seabed, since
+  /// the extent of a survey is not known yet.
   void on_the_seabed(const Vector2d& low, const Vector2d& high, const std::string& key) const {
     if (bed_.kind != SeafloorKind::fractal) return;
     const Vector2d half = 0.5 * Vector2d(bed_.extent_east_m, bed_.extent_north_m);
-    require((low.array() < half.array()).all() && (high.array() > -half.array()).all(), key, [&] {
-      return fmt::format(
-          "'{}' lies outside the seabed: it reaches from {} to {} m east and from {} to {} "
-          "m north, and the seabed {} m east and west and {} m north and south",
-          key, low.x(), high.x(), low.y(), high.y(), half.x(), half.y());
-    });
+    require_((low.array() < half.array()).all() && (high.array() > -half.array()).all(), key,
+             "'{}' lies outside the seabed: it reaches from {} to {} m east and from {} to {} "
+             "m north, and the seabed {} m east and west and {} m north and south",
+             key, low.x(), high.x(), low.y(), high.y(), half.x(), half.y());
   }
 
  private:
   void ordered(const std::optional<double>& least, const std::optional<double>& most,
                const std::string& key, std::string_view other) const {
-    require(!least || !most || *least < *most, key, [&] {
-      return fmt::format("'{}' must be more than {}, or nothing is left between them", key, other);
-    });
+    require_(!least || !most || *least < *most, key,
+             "'{}' must be more than {}, or nothing is left between them", key, other);
   }
 
   const SeafloorOptions& bed_;
-  const std::function<std::string(std::string_view)>& place_;
+  const Require& require_;
 };
 
-/// The materials that a map can have.
+/// The materials that the bed can have under a layer.
 std::vector<std::string> materials_of(const SeafloorOptions& bed) {
   std::vector<std::string> names = {bed.material};
   for (const Patch& patch : bed.seabed.patches) names.push_back(patch.material);
@@ -105,67 +94,55 @@ std::vector<std::string> materials_of(const SeafloorOptions& bed) {
 }  // namespace
 
 void check_material(const Scene& scene, std::string_view material, const std::string& key,
-                    const std::function<std::string(std::string_view key)>& place) {
+                    const Require& require) {
   try {
     const Material its = material_named(material, scene.materials);
     for (const Sonar& sonar : scene.sonars)
       backscatter_of(its, sonar.frequency_hz, scatter::nominal_sound_speed_mps, 0.0);
     texture_of(its);
   } catch (const std::invalid_argument& error) {
-    throw SceneError(fmt::format("{}: '{}': {}", place(key), key, error.what()));
+    require(false, key, "'{}': {}", key, error.what());
   }
 }
 
-void check_seabed(const Scene& scene,
-                  const std::function<std::string(std::string_view key)>& place) {
+void check_seabed(const Scene& scene, const Require& require) {
   const SeafloorOptions& bed = scene.seafloor;
-  const Check check(scene, place);
-  check.require(bed.kind == SeafloorKind::survey || bed.detail.cell_m == 0.0,
-                "seafloor.detail.cell_m",
-                [] { return "'seafloor.detail.cell_m' needs seafloor.kind = \"survey\""; });
+  const Check check(scene, require);
+  require(bed.kind == SeafloorKind::survey || bed.detail.cell_m == 0.0, "seafloor.detail.cell_m",
+          "'seafloor.detail.cell_m' needs seafloor.kind = \"survey\"");
   const std::vector<std::string> materials = materials_of(bed);
   for_each_layer(scene, [&](const auto& layer, const std::string& name) {
-    check.require(bed.is_grid(), name, [&] {
-      return fmt::format("'{}' needs a grid of heights: seafloor.kind = \"fractal\" or \"survey\"",
-                         name);
-    });
+    require(bed.is_grid(), name,
+            "'{}' needs a grid of heights: seafloor.kind = \"fractal\" or \"survey\"", name);
     check.area(layer.area, name);
-    check.require(layer.area.on.empty() || std::ranges::count(materials, layer.area.on) > 0,
-                  name + ".on", [&] {
-                    return fmt::format(
-                        "'{}.on' is \"{}\", but no part of the map has this material; expected "
-                        "one of {}",
-                        name, layer.area.on, fmt::join(materials, ", "));
-                  });
-    check.require(layer.class_name != name_of_number_0, name + ".class", [&] {
-      return fmt::format(
-          "'{}.class' is \"{}\", which is the name of number 0: expected another name", name,
-          name_of_number_0);
-    });
+    require(layer.area.on.empty() || std::ranges::count(materials, layer.area.on) > 0, name + ".on",
+            "'{}.on' is \"{}\", but no part of the map has this material; expected one of {}", name,
+            layer.area.on, fmt::format("{}", fmt::join(materials, ", ")));
+    require(layer.class_name != name_of_number_0, name + ".class",
+            "'{}.class' is \"{}\", which is the name of number 0: expected another name", name,
+            name_of_number_0);
     if (layer.material.empty()) return;
-    check_material(scene, layer.material, name + ".material", place);
+    check_material(scene, layer.material, name + ".material", require);
   });
   for (std::size_t i = 0; i < bed.seabed.patches.size(); ++i)
     for (const auto& [text, name] : {std::pair(&bed.seabed.patches[i].material, "material"),
                                      std::pair(&bed.seabed.patches[i].class_name, "class")}) {
       const std::string key = fmt::format("seafloor.patches.{}.{}", i, name);
-      check.require(!text->empty(), key,
-                    [&] { return fmt::format("'{}' is empty, expected a name", key); });
+      require(!text->empty(), key, "'{}' is empty, expected a name", key);
     }
   for_each_list(scene, [&](const auto& section, const auto& list) {
     if constexpr (requires { list.front().area.on; }) {
-      std::map<std::size_t, std::size_t> layer_of;  // by the number of its random numbers
+      std::map<std::size_t, std::size_t> layer_of;  // index by number
       for (std::size_t i = 0; i < list.size(); ++i) {
         const Area& area = list[i].area;
         const std::size_t number = area.number_at(i);
         const std::size_t other = layer_of.emplace(number, i).first->second;
         const std::string key = fmt::format("{}.{}", section.name, i);
-        check.require(other == i, area.number > 0 ? key + ".number" : key, [&] {
-          return fmt::format(
-              "'{}' has the number {} as '{}.{}', and so would lie exactly on it; give each layer "
-              "of the list a different number",
-              key, number, section.name, other);
-        });
+        require(
+            other == i, area.number > 0 ? key + ".number" : key,
+            "'{}' has the number {} as '{}.{}', and so would lie exactly on it; give each layer "
+            "of the list a different number",
+            key, number, section.name, other);
       }
     }
   });
@@ -173,20 +150,20 @@ void check_seabed(const Scene& scene,
     for (std::size_t i = 0; i < bed.seabed.bedforms.size(); ++i) {
       const double wavelength_m = bed.seabed.bedforms[i].relief.wavelength_m;
       const std::string key = fmt::format("seafloor.crests.{}.wavelength_m", i);
-      check.require(bed.cell_m <= 0.25 * wavelength_m, key, [&] {
-        return fmt::format(
-            "crests {} m apart need cells of {} m or less, and seafloor.cell_m is {}", wavelength_m,
-            0.25 * wavelength_m, bed.cell_m);
-      });
+      require(bed.cell_m <= 0.25 * wavelength_m, key,
+              "crests {} m apart need cells of {} m or less, and seafloor.cell_m is {}",
+              wavelength_m, 0.25 * wavelength_m, bed.cell_m);
     }
 }
 
 void check_seabed_files(const Scene& scene,
                         const std::function<std::string(std::string_view key)>& place) {
   const SeafloorOptions& bed = scene.seafloor;
-  if (bed.kind != SeafloorKind::fractal) return;  // a survey's extent is known when it is read
+  // The extent of a survey is known only after reading it.
+  if (bed.kind != SeafloorKind::fractal) return;
   const Heightfield grid = base_grid(bed);
-  const Check check(scene, place);
+  const Require require(place);
+  const Check check(scene, require);
   for_each_layer(scene, [&](const auto& layer, const std::string& name) {
     const auto read = [&](const char* key, const InputFile& file, const auto& action) {
       if (file.path.empty()) return;
@@ -194,7 +171,7 @@ void check_seabed_files(const Scene& scene,
       try {
         action(whole);
       } catch (const refine::MeshError& error) {
-        throw SceneError(fmt::format("{}: '{}': {}", place(whole), whole, error.what()));
+        require(false, whole, "'{}': {}", whole, error.what());
       }
     };
     read("image", layer.area.image, [&](const std::string&) {

@@ -1,9 +1,10 @@
-#include <ensonify/engine/scene/checks/unused_keys.h>
+#include <ensonify/engine/scene/checks/check.h>
 
 #include <algorithm>
-#include <functional>
+#include <initializer_list>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,295 +15,207 @@
 namespace ensonify::engine {
 namespace {
 
-/// Keys of a table that have no effect for some owners.
-template <class Owner>
-struct Rule {
-  std::vector<std::string> keys;  ///< names within the owner's table
-  std::function<bool(const Owner&)> unused;
-  std::string_view why;  ///< follows "has no effect"
-};
+// rule(keys, unused, why) is called for keys of a table, by their names in the table. If they are
+// unused, those that the scene gives get a warning; `why` follows "has no effect".
 
-std::vector<Rule<Scene>> scene_rules() {
-  using S = const Scene&;
-  return {
-      {{"sea.temperature_c"},
-       [](S s) { return !s.sea.profile.empty(); },
-       "with 'sea.profile', from whose sound speeds temperatures follow"},
-      {{"sea.volume_scattering_db", "sea.volume_scatterers_per_m3"},
-       [](S s) { return !s.arrivals.volume; },
-       "without 'arrivals.volume'"},
-      {{"sea.volume_scatterers_per_m3"}, [](S s) { return !s.speckle; }, "without 'speckle'"},
+void scene_rules(const Scene& s, const auto& rule) {
+  rule({"sea.temperature_c"}, !s.sea.profile.empty(),
+       "with 'sea.profile', from whose sound speeds temperatures follow");
+  rule({"sea.volume_scattering_db", "sea.volume_scatterers_per_m3"}, !s.arrivals.volume,
+       "without 'arrivals.volume'");
+  rule({"sea.volume_scatterers_per_m3"}, !s.speckle, "without 'speckle'");
 
-      {{"seafloor.extent_east_m", "seafloor.extent_north_m", "seafloor.cell_m", "seafloor.depth_m",
+  rule({"seafloor.extent_east_m", "seafloor.extent_north_m", "seafloor.cell_m", "seafloor.depth_m",
         "seafloor.slope_deg", "seafloor.downhill_deg", "seafloor.fractal.height_at_1m_m",
         "seafloor.fractal.hurst", "seafloor.fractal.spectrum", "seafloor.fractal.longest_m",
         "seafloor.fractal.sediments_own"},
-       [](S s) { return s.seafloor.kind != SeafloorKind::fractal; },
-       "on a seabed that is not generated"},
-      {{"seafloor.downhill_deg"},
-       [](S s) { return s.seafloor.kind == SeafloorKind::fractal && s.seafloor.slope_rad == 0.0; },
-       "without 'seafloor.slope_deg'"},
-      {{"seafloor.survey_cell_m", "seafloor.uncertainty_scatter", "seafloor.detail.cell_m",
+       s.seafloor.kind != SeafloorKind::fractal, "on a seabed that is not generated");
+  rule({"seafloor.downhill_deg"},
+       s.seafloor.kind == SeafloorKind::fractal && s.seafloor.slope_rad == 0.0,
+       "without 'seafloor.slope_deg'");
+  rule({"seafloor.survey_cell_m", "seafloor.uncertainty_scatter", "seafloor.detail.cell_m",
         "seafloor.detail.height_at_1m_m", "seafloor.detail.hurst"},
-       [](S s) { return s.seafloor.kind != SeafloorKind::survey; },
-       "on a seabed that is not a survey"},
-      {{"seafloor.detail.height_at_1m_m", "seafloor.detail.hurst"},
-       [](S s) {
-         return s.seafloor.kind == SeafloorKind::survey && s.seafloor.detail.cell_m == 0.0;
-       },
-       "without 'seafloor.detail.cell_m'"},
-      {{"seafloor.water_level_m"},
-       [](S s) { return s.seafloor.kind == SeafloorKind::fractal; },
-       "on a seabed that is generated"},
-      {{"seafloor.weld_m"},
-       [](S s) { return s.seafloor.kind != SeafloorKind::mesh; },
-       "on a seabed that is not a mesh"},
-      {{"seafloor.material", "seafloor.water_level_m"},
-       [](S s) { return s.seafloor.kind == SeafloorKind::progressive; },
-       "on a seabed that was analysed, which has its own"},
-      {{"seafloor.ripples.wavelength_m", "seafloor.ripples.across_crests_deg",
+       s.seafloor.kind != SeafloorKind::survey, "on a seabed that is not a survey");
+  rule({"seafloor.detail.height_at_1m_m", "seafloor.detail.hurst"},
+       s.seafloor.kind == SeafloorKind::survey && s.seafloor.detail.cell_m == 0.0,
+       "without 'seafloor.detail.cell_m'");
+  rule({"seafloor.water_level_m"}, s.seafloor.kind == SeafloorKind::fractal,
+       "on a seabed that is generated");
+  rule({"seafloor.weld_m"}, s.seafloor.kind != SeafloorKind::mesh,
+       "on a seabed that is not a mesh");
+  rule({"seafloor.material", "seafloor.water_level_m"},
+       s.seafloor.kind == SeafloorKind::progressive,
+       "on a seabed that was analysed, which has its own");
+  rule({"seafloor.ripples.wavelength_m", "seafloor.ripples.across_crests_deg",
         "seafloor.ripples.relative_width", "seafloor.ripples.hurst"},
-       [](S s) { return s.seafloor.ripples.rms_height_m == 0.0; },
-       "without 'seafloor.ripples.rms_height_m'"},
+       s.seafloor.ripples.rms_height_m == 0.0, "without 'seafloor.ripples.rms_height_m'");
 
-      {{"track.pings"},
-       [](S s) { return s.track.kind != TrackKind::line; },
-       "on a track that is not a line: it has all pings that fit"},
-      {{"track.legs", "track.leg_length_m", "track.leg_spacing_m", "track.turn_radius_m",
+  rule({"track.pings"}, s.track.kind != TrackKind::line,
+       "on a track that is not a line: it has all pings that fit");
+  rule({"track.legs", "track.leg_length_m", "track.leg_spacing_m", "track.turn_radius_m",
         "track.ping_in_turns"},
-       [](S s) { return s.track.kind != TrackKind::lawn_mower; },
-       "on a track that is not a lawn-mower"},
-      {{"track.speed_mps", "track.heading_deg"},
-       [](S s) { return s.track.kind == TrackKind::file; },
-       "on a track from a file"},
-      {{"track.smooth_s"},
-       [](S s) { return s.track.kind != TrackKind::file; },
-       "on a track that is not from a file"},
-      {{"track.follow_s", "track.climb_mps"},
-       [](S s) { return s.track.kind != TrackKind::file && s.track.vertical == Vertical::depth; },
-       "without 'track.vertical = \"altitude\"'"},
+       s.track.kind != TrackKind::lawn_mower, "on a track that is not a lawn-mower");
+  rule({"track.speed_mps", "track.heading_deg"}, s.track.kind == TrackKind::file,
+       "on a track from a file");
+  rule({"track.smooth_s"}, s.track.kind != TrackKind::file, "on a track that is not from a file");
+  rule({"track.follow_s", "track.climb_mps"},
+       s.track.kind != TrackKind::file && s.track.vertical == Vertical::depth,
+       "without 'track.vertical = \"altitude\"'");
 
-      {{"arrivals.bottom_loss_db"},
-       [](S s) { return !s.arrivals.multiples; },
-       "without 'arrivals.multiples'"},
-      {{"arrivals.wall_loss_db"},
-       [](S s) { return !s.arrivals.double_bounce; },
-       "without 'arrivals.double_bounce'"},
+  rule({"arrivals.bottom_loss_db"}, !s.arrivals.multiples, "without 'arrivals.multiples'");
+  rule({"arrivals.wall_loss_db"}, !s.arrivals.double_bounce, "without 'arrivals.double_bounce'");
 
-      {{"artefacts.stale_s"},
-       [](S s) { return s.artefacts.stale_navigation == 0.0; },
-       "without 'artefacts.stale_navigation'"},
-      {{"artefacts.interference_range_m", "artefacts.interference_drift_m",
+  rule({"artefacts.stale_s"}, s.artefacts.stale_navigation == 0.0,
+       "without 'artefacts.stale_navigation'");
+  rule({"artefacts.interference_range_m", "artefacts.interference_drift_m",
         "artefacts.interference_length_m"},
-       [](S s) { return !s.artefacts.interference_db; },
-       "without 'artefacts.interference_db'"},
-      {{"artefacts.gain_step_s"},
-       [](S s) { return s.artefacts.gain_step_db == 0.0; },
-       "without 'artefacts.gain_step_db'"},
-      {{"artefacts.automatic_gain_m"},
-       [](S s) { return s.artefacts.automatic_gain == 0.0; },
-       "without 'artefacts.automatic_gain'"},
-      {{"artefacts.fish_strength_db", "artefacts.fish_length_m", "artefacts.fish_height_m"},
-       [](S s) { return s.artefacts.fish_per_hectare == 0.0; },
-       "without 'artefacts.fish_per_hectare'"},
-      {{"artefacts.wake_heading_deg", "artefacts.wake_width_m", "artefacts.wake_offset_m"},
-       [](S s) { return !s.artefacts.wake_db; },
-       "without 'artefacts.wake_db'"},
-      {{"artefacts.shimmer_m", "artefacts.shimmer_s"},
-       [](S s) { return s.artefacts.shimmer_db == 0.0; },
-       "without 'artefacts.shimmer_db'"},
+       !s.artefacts.interference_db, "without 'artefacts.interference_db'");
+  rule({"artefacts.gain_step_s"}, s.artefacts.gain_step_db == 0.0,
+       "without 'artefacts.gain_step_db'");
+  rule({"artefacts.automatic_gain_m"}, s.artefacts.automatic_gain == 0.0,
+       "without 'artefacts.automatic_gain'");
+  rule({"artefacts.fish_strength_db", "artefacts.fish_length_m", "artefacts.fish_height_m"},
+       s.artefacts.fish_per_hectare == 0.0, "without 'artefacts.fish_per_hectare'");
+  rule({"artefacts.wake_heading_deg", "artefacts.wake_width_m", "artefacts.wake_offset_m"},
+       !s.artefacts.wake_db, "without 'artefacts.wake_db'");
+  rule({"artefacts.shimmer_m", "artefacts.shimmer_s"}, s.artefacts.shimmer_db == 0.0,
+       "without 'artefacts.shimmer_db'");
 
-      {{"display.speed_correction"},
-       [](S s) { return s.track.kind != TrackKind::file && s.track.speed_mps == 0.0; },
-       "without 'track.speed_mps'"},
-      {{"display.column_value"},
-       [](S s) { return !s.display.speed_correction; },
-       "without 'display.speed_correction', because a column shows one sample"},
-      {{"display.gain_db"},
-       [](S s) { return s.display.mapping == Mapping::equalised; },
-       "with 'display.mapping = \"equalised\"', where the order of levels decides"},
-      {{"display.gamma"},
-       [](S s) { return s.display.mapping != Mapping::gamma; },
-       "without 'display.mapping = \"gamma\"'"},
-      {{"display.range_db"},
-       [](S s) { return s.display.mapping != Mapping::logarithmic; },
-       "without 'display.mapping = \"logarithmic\"'"},
-      {{"output.exr_compression"}, [](S s) { return !s.output.exr; }, "without 'output.exr'"},
-      {{"output.layers"},
-       [](S s) { return !s.output.exr && !s.output.npz; },
-       "without 'output.exr' or 'output.npz'"},
-      {{"output.one_recording"},
-       [](S s) { return !s.output.xtf && !s.output.jsf; },
-       "without 'output.xtf' or 'output.jsf'"},
-  };
+  rule({"display.speed_correction"}, s.track.kind != TrackKind::file && s.track.speed_mps == 0.0,
+       "without 'track.speed_mps'");
+  rule({"display.column_value"}, !s.display.speed_correction,
+       "without 'display.speed_correction', because a column shows one sample");
+  rule({"display.gain_db"}, s.display.mapping == Mapping::equalised,
+       "with 'display.mapping = \"equalised\"', where the order of levels decides");
+  rule({"display.gamma"}, s.display.mapping != Mapping::gamma,
+       "without 'display.mapping = \"gamma\"'");
+  rule({"display.range_db"}, s.display.mapping != Mapping::logarithmic,
+       "without 'display.mapping = \"logarithmic\"'");
+  rule({"output.exr_compression"}, !s.output.exr, "without 'output.exr'");
+  rule({"output.layers"}, !s.output.exr && !s.output.npz, "without 'output.exr' or 'output.npz'");
+  rule({"output.one_recording"}, !s.output.xtf && !s.output.jsf,
+       "without 'output.xtf' or 'output.jsf'");
 }
 
-/// The keys of the vehicle's random movements.
-std::vector<Rule<Scene>> motion_rules() {
-  struct Table {
-    std::string_view name;
-    Oscillation MotionOptions::*of;
-  };
-  std::vector<Rule<Scene>> rules;
-  for (const Table table : {Table{"roll", &MotionOptions::roll},
-                            {"pitch", &MotionOptions::pitch},
-                            {"heading", &MotionOptions::heading},
-                            {"heave", &MotionOptions::heave},
-                            {"sway", &MotionOptions::sway},
-                            {"surge", &MotionOptions::surge},
-                            {"speed", &MotionOptions::speed}}) {
-    rules.push_back({{fmt::format("motion.{}.period_s", table.name)},
-                     [of = table.of](const Scene& s) { return (s.motion.*of).rms == 0.0; },
-                     "without an rms of that table"});
-    rules.push_back({{fmt::format("motion.{}.wander_s", table.name)},
-                     [of = table.of](const Scene& s) { return (s.motion.*of).wander_rms == 0.0; },
-                     "without a wander of that table"});
+/// Rules for the vehicle's random movements.
+void motion_rules(const Scene& s, const auto& rule) {
+  for (const auto& [name, of] : {std::pair{"roll", &s.motion.roll},
+                                 {"pitch", &s.motion.pitch},
+                                 {"heading", &s.motion.heading},
+                                 {"heave", &s.motion.heave},
+                                 {"sway", &s.motion.sway},
+                                 {"surge", &s.motion.surge},
+                                 {"speed", &s.motion.speed}}) {
+    rule({fmt::format("motion.{}.period_s", name)}, of->rms == 0.0, "without an rms of that table");
+    rule({fmt::format("motion.{}.wander_s", name)}, of->wander_rms == 0.0,
+         "without a wander of that table");
   }
-  return rules;
 }
 
-std::vector<Rule<Sonar>> sonar_rules() {
-  using S = const Sonar&;
-  return {
-      {{"window"}, [](S s) { return s.pulse.kind == PulseKind::cw; }, "with pulse = \"cw\""},
-      {{"bandwidth_hz"},
-       [](S s) { return s.pulse.kind == PulseKind::cw && s.pulse.length_s > 0.0; },
-       "with pulse = \"cw\" and 'pulse_length_s', whose bandwidth is 1 / pulse_length_s: give one of "
-       "the two"},
-      {{"shading_side_lobe_db"},
-       [](S s) {
-         const auto has = [](ShadingKind kind) {
-           return kind == ShadingKind::taylor || kind == ShadingKind::chebyshev;
-         };
-         return !has(s.shading) && !has(s.receive_shading);
-       },
-       "with a shading that is neither taylor nor chebyshev"},
-      {{"taylor_nbar"},
-       [](S s) {
-         return s.shading != ShadingKind::taylor && s.receive_shading != ShadingKind::taylor;
-       },
-       "with a shading that is not taylor"},
-      {{"beam_spacing_m"}, [](S s) { return s.beams == 1; }, "with one beam"},
-      {{"vertical_ripple_period_deg", "vertical_ripple_dark_deg"},
-       [](S s) { return s.vertical.ripple_db == 0.0; },
-       "without vertical_ripple_db"},
-      {{"self_noise_speed_mps", "self_noise_slope_db"},
-       [](S s) { return !s.receiver.self_noise_db; },
-       "without self_noise_db"},
-      {{"output_noise_wander_db"},
-       [](S s) { return !s.receiver.output_noise_db; },
-       "without output_noise_db"},
-      {{"output_noise_wander_s"},
-       [](S s) { return s.receiver.output_noise_wander_db == 0.0; },
-       "without output_noise_wander_db"},
-      {{"curve_range_db"},
-       [](S s) { return s.receiver.curve != TransferCurve::logarithmic; },
-       "without curve = \"logarithmic\""},
-  };
+bool has_side_lobes(ShadingKind kind) {
+  return kind == ShadingKind::taylor || kind == ShadingKind::chebyshev;
 }
 
-std::vector<Rule<Material>> material_rules() {
-  using M = const Material&;
-  return {
-      {{"lambert_mu_db"}, [](M m) { return m.model != "lambert"; }, "without model = \"lambert\""},
-      {{"diffuse_db", "specular", "lobe_width_deg"},
-       [](M m) { return m.model != "solid"; },
-       "without model = \"solid\""},
-      {{"gsab_lambert_db", "gsab_lambert_exponent", "gsab_specular_db", "gsab_specular_width_deg",
+void sonar_rules(const Sonar& s, const auto& rule) {
+  rule({"window"}, s.pulse.kind == PulseKind::cw, "with pulse = \"cw\"");
+  rule(
+      {"bandwidth_hz"}, s.pulse.kind == PulseKind::cw && s.pulse.length_s > 0.0,
+      "with pulse = \"cw\" and 'pulse_length_s', whose bandwidth is 1 / pulse_length_s: give one of "
+      "the two");
+  rule({"shading_side_lobe_db"}, !has_side_lobes(s.shading) && !has_side_lobes(s.receive_shading),
+       "with a shading that is neither taylor nor chebyshev");
+  rule({"taylor_nbar"},
+       s.shading != ShadingKind::taylor && s.receive_shading != ShadingKind::taylor,
+       "with a shading that is not taylor");
+  rule({"beam_spacing_m"}, s.beams == 1, "with one beam");
+  rule({"vertical_ripple_period_deg", "vertical_ripple_dark_deg"}, s.vertical.ripple_db == 0.0,
+       "without vertical_ripple_db");
+  rule({"self_noise_speed_mps", "self_noise_slope_db"}, !s.receiver.self_noise_db,
+       "without self_noise_db");
+  rule({"output_noise_wander_db"}, !s.receiver.output_noise_db, "without output_noise_db");
+  rule({"output_noise_wander_s"}, s.receiver.output_noise_wander_db == 0.0,
+       "without output_noise_wander_db");
+  rule({"curve_range_db"}, s.receiver.curve != TransferCurve::logarithmic,
+       "without curve = \"logarithmic\"");
+}
+
+void material_rules(const Material& m, const auto& rule) {
+  rule({"lambert_mu_db"}, m.model != "lambert", "without model = \"lambert\"");
+  rule({"diffuse_db", "specular", "lobe_width_deg"}, m.model != "solid",
+       "without model = \"solid\"");
+  rule({"gsab_lambert_db", "gsab_lambert_exponent", "gsab_specular_db", "gsab_specular_width_deg",
         "gsab_transitional_db", "gsab_transitional_width_deg"},
-       [](M m) { return m.model != "gsab"; },
-       "without model = \"gsab\""},
-      {{"density_ratio", "loss", "volume", "exponent", "strength_cm4"},
-       [](M m) { return !is_sediment(m); },
-       "with a model that is not a sediment's"},
-      // Other models take the texture of that sediment.
-      {{"mean_grain_size_phi", "sound_speed_ratio"},
-       [](M m) { return m.model == "solid"; },
-       "with model = \"solid\""},
-  };
+       m.model != "gsab", "without model = \"gsab\"");
+  rule({"density_ratio", "loss", "volume", "exponent", "strength_cm4"}, !is_sediment(m),
+       "with a model that is not a sediment's");
+  // With other models, these keys choose the sediment whose texture is used.
+  rule({"mean_grain_size_phi", "sound_speed_ratio"}, m.model == "solid", "with model = \"solid\"");
 }
 
-/// The keys of materials in a scene whose ground has no texture.
-std::vector<Rule<Material>> even_material_rules() {
-  using M = const Material&;
-  return {
-      {{"texture_patch_m", "texture_shape", "texture_exponent", "glint_share", "glints_per_m2",
+/// Rules for materials if the scene's ground has no texture.
+void even_material_rules(const Material& m, const auto& rule) {
+  rule({"texture_patch_m", "texture_shape", "texture_exponent", "glint_share", "glints_per_m2",
         "variation_db", "variation_m"},
-       [](M) { return true; },
-       "without 'texture' and 'speckle'"},
-      {{"mean_grain_size_phi", "sound_speed_ratio"},
-       [](M m) { return m.model == "lambert" || m.model == "gsab" || m.model == "table"; },
-       "with a model that is not a sediment's, without 'texture' and 'speckle'"},
-  };
+       true, "without 'texture' and 'speckle'");
+  rule({"mean_grain_size_phi", "sound_speed_ratio"},
+       m.model == "lambert" || m.model == "gsab" || m.model == "table",
+       "with a model that is not a sediment's, without 'texture' and 'speckle'");
 }
 
-std::vector<Rule<ObjectOptions>> object_rules() {
-  using O = const ObjectOptions&;
-  return {
-      {{"current_deg"},
-       [](O o) { return o.scour_ratio == 0.0 && o.tail_ratio == 0.0; },
-       "without scour_ratio or tail_ratio"},
-      {{"burial_scale_m"}, [](O o) { return o.burial_spread == 0.0; }, "without burial_spread"},
-      {{"part_classes"},
-       [](O o) {
-         return o.assembly.empty() && (o.shape.empty() || shape_named(o.shape).parts.empty());
-       },
-       "on an object without parts"},
-  };
+void object_rules(const ObjectOptions& o, const auto& rule) {
+  rule({"current_deg"}, o.scour_ratio == 0.0 && o.tail_ratio == 0.0,
+       "without scour_ratio or tail_ratio");
+  rule({"burial_scale_m"}, o.burial_spread == 0.0, "without burial_spread");
+  rule({"part_classes"},
+       o.assembly.empty() && (o.shape.empty() || shape_named(o.shape).parts.empty()),
+       "on an object without parts");
 }
 
 /// Rules for a patch or a layer of relief.
-template <class Layer>
-std::vector<Rule<Layer>> area_rules() {
-  using L = const Layer&;
-  return {
-      {{"middle_east_m", "middle_north_m"},
-       [](L l) { return l.area.radius_m == 0.0; },
-       "without radius_m"},
-      {{"image_value"}, [](L l) { return l.area.image.empty(); }, "without image"},
-      {{"patch_m"}, [](L l) { return l.area.share == 1.0; }, "with share = 1"},
-      {{"ragged_m"},
-       [](L l) {
-         return l.area.polygon_m.empty() && l.area.outline.empty() && l.area.radius_m == 0.0 &&
-                l.area.image.empty();
-       },
-       "without polygon_m, outline, radius_m or image"},
-  };
+void area_rules(const Area& area, const auto& rule) {
+  rule({"middle_east_m", "middle_north_m"}, area.radius_m == 0.0, "without radius_m");
+  rule({"image_value"}, area.image.empty(), "without image");
+  rule({"patch_m"}, area.share == 1.0, "with share = 1");
+  rule({"ragged_m"},
+       area.polygon_m.empty() && area.outline.empty() && area.radius_m == 0.0 && area.image.empty(),
+       "without polygon_m, outline, radius_m or image");
 }
 
-/// Collects warnings of the keys that a scene gives.
+/// Collects warnings about keys that the scene gives.
 class UnusedKeys {
  public:
   explicit UnusedKeys(const Scene& scene) : scene_(scene) {}
 
+  /// rule(keys, unused, why) for the keys of a table.
   template <class Owner>
-  void add(const Section<Owner>& section, const std::vector<Rule<Owner>>& rules, const Owner& owner,
-           std::string_view table) {
-    for (const Rule<Owner>& rule : rules)
-      if (rule.unused(owner))
-        for (const std::string& key : rule.keys)
-          add_key(*std::ranges::find(section.keys, key, &Key<Owner>::name), owner,
-                  fmt::format("{}.{}", table, key), rule.why);
+  auto rule_of(const Section<Owner>& section, const Owner& owner, std::string_view table) {
+    return [=, this, &section, &owner](std::initializer_list<std::string_view> keys, bool unused,
+                                       std::string_view why) {
+      if (!unused) return;
+      for (const std::string_view key : keys)
+        add(section, key, owner, fmt::format("{}.{}", table, key), why);
+    };
   }
-  void add_of_scene(const std::vector<Rule<Scene>>& rules) {
-    for (const Rule<Scene>& rule : rules)
-      if (rule.unused(scene_))
-        for (const std::string& name : rule.keys) {
-          const std::size_t dot = name.rfind('.');
-          const auto& section =
-              *std::ranges::find(scene_sections(), name.substr(0, dot), &Section<Scene>::name);
-          add_key(*std::ranges::find(section.keys, name.substr(dot + 1), &Key<Scene>::name), scene_,
-                  name, rule.why);
-        }
+  /// The same for keys of the scene's tables, by their whole names.
+  auto rule_of_scene() {
+    return [this](std::initializer_list<std::string_view> keys, bool unused, std::string_view why) {
+      if (!unused) return;
+      for (const std::string_view name : keys) {
+        const std::size_t dot = name.rfind('.');
+        add(*std::ranges::find(scene_sections(), name.substr(0, dot), &Section<Scene>::name),
+            name.substr(dot + 1), scene_, std::string(name), why);
+      }
+    };
   }
 
   std::vector<std::string> warnings;
 
  private:
-  /// No warning for a default value: dumped scenes contain all keys.
+  /// There is no warning for a default value, because dumped scenes contain all keys.
   template <class Owner>
-  void add_key(const Key<Owner>& key, const Owner& owner, const std::string& name,
-               std::string_view why) {
+  void add(const Section<Owner>& section, std::string_view key_name, const Owner& owner,
+           const std::string& name, std::string_view why) {
+    const Key<Owner>& key = *std::ranges::find(section.keys, key_name, &Key<Owner>::name);
     const auto given = scene_.places.find(name);
     if (given != scene_.places.end() && option_text(key, owner) != option_text(key, Owner{}))
       warnings.push_back(fmt::format("{}: '{}' has no effect {}", given->second, name, why));
@@ -315,23 +228,24 @@ class UnusedKeys {
 
 std::vector<std::string> unused_keys(const Scene& scene) {
   UnusedKeys unused(scene);
-  unused.add_of_scene(scene_rules());
-  unused.add_of_scene(motion_rules());
+  scene_rules(scene, unused.rule_of_scene());
+  motion_rules(scene, unused.rule_of_scene());
   for (const Sonar& sonar : scene.sonars)
-    unused.add(sonar_section(), sonar_rules(), sonar, fmt::format("sonar.{}", sonar.name));
+    sonar_rules(sonar, unused.rule_of(sonar_section(), sonar, "sonar." + sonar.name));
   for (const Material& material : scene.materials) {
-    const std::string table = fmt::format("material.{}", material.name);
-    unused.add(material_section(), material_rules(), material, table);
-    if (!scene.texture || !scene.speckle)
-      unused.add(material_section(), even_material_rules(), material, table);
+    const std::string table = "material." + material.name;
+    const auto rule = unused.rule_of(material_section(), material, table);
+    material_rules(material, rule);
+    if (!scene.texture || !scene.speckle) even_material_rules(material, rule);
   }
   for_each_list(scene, [&](const auto& section, const auto& list) {
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string table = fmt::format("{}.{}", section.name, i);
+      const auto rule = unused.rule_of(section, list[i], table);
       if constexpr (std::is_same_v<std::decay_t<decltype(list[i])>, ObjectOptions>)
-        unused.add(section, object_rules(), list[i], table);
+        object_rules(list[i], rule);
       else
-        unused.add(section, area_rules<std::decay_t<decltype(list[i])>>(), list[i], table);
+        area_rules(list[i].area, rule);
     }
   });
   return std::move(unused.warnings);

@@ -1,11 +1,10 @@
-#include <ensonify/engine/scene/checks/value_check.h>
+#include <ensonify/engine/scene/checks/check.h>
 
 #include <algorithm>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/name_check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
@@ -13,7 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Whether a key may have a value. Degrees were turned into radians and back.
+/// Whether a key may have a value. Degrees may have rounding errors: they were radians before.
 template <class Owner, class T>
 bool may_be(const Key<Owner>& key, const T& value) {
   if constexpr (requires { value.has_value(); }) {
@@ -30,14 +29,14 @@ bool may_be(const Key<Owner>& key, const T& value) {
       return point.minCoeff() >= key.range.low && point.maxCoeff() <= key.range.high;
     });
   } else if constexpr (std::is_same_v<T, std::string>) {
-    return key.choices.empty() || value.empty() ||  // unset
+    return key.choices.empty() || value.empty() ||  // an empty text is unset
            std::ranges::find(key.choices, value) != key.choices.end();
   } else if constexpr (std::is_enum_v<T>) {
     return static_cast<std::size_t>(value) < key.choices.size();
   } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
     return double(value) >= key.range.low && double(value) <= key.range.high;
   } else {
-    return true;  // truths, files, lists of words
+    return true;  // truth values, files and lists of words have no range
   }
 }
 

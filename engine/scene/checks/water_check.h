@@ -7,12 +7,12 @@
 
 namespace ensonify::engine {
 
-/// How far a position is out of the water, such as "2.0 m below the bed"; none for one in the
-/// water. Without a bed (a height of NaN) nothing is below it.
+/// How far a position is out of the water, as a text such as "2.0 m below the bed"; none if it is
+/// in the water. If there is no bed (its height is NaN), no position is below it.
 std::optional<std::string> out_of_water(const Eigen::Vector3d& place, double bed_height_m);
 
-/// Why a velocity is too fast for a sonar: "2000 m/s, expected less than the speed of sound, 1500
-/// m/s"; none for one that is slower than sound.
+/// Why a velocity is too fast for a sonar, as a text: "2000 m/s, expected less than the speed of
+/// sound, 1500 m/s"; none if it is slower than sound.
 std::optional<std::string> as_fast_as_sound(const Eigen::Vector3d& velocity_mps,
                                             double sound_speed_mps);
 

@@ -26,12 +26,12 @@ using OptionTypes =
                FractalSpectrum, TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer,
                ColumnValue, PulseKind, PulseWindow, ShadingKind, Detector, TransferCurve,
                ExrCompression, Conditions>;
-/// The option behind a key, to be set.
+/// A pointer to the option of a key, to set the option.
 using Option = OptionTypes::Pointer;
-/// The same, to be read.
+/// A pointer to the option of a key, to read the option.
 using ConstOption = OptionTypes::ConstPointer;
 
-/// Where an owner has the option of a key.
+/// Finds the option of a key in its owner.
 template <class Owner>
 class OptionAt {
  public:
@@ -53,13 +53,21 @@ class OptionAt {
   std::function<ConstOption(const Owner&)> get_;
 };
 
-/// The option at the end of a chain of members, for a row of the key table.
+/// For a row of the key table: finds the option at the end of a chain of members.
 template <class Part, class Owner, class... Rest>
 auto at(Part Owner::*first, Rest... rest) {
   return [=](auto& owner) -> auto& { return ((owner.*first).*....*rest); };
 }
 
-/// Allowed values, in the key's own unit, the ends among them.
+/// The names of kinds, as the words of a key.
+template <class Kinds>
+std::vector<std::string_view> words_of(const Kinds& kinds) {
+  std::vector<std::string_view> words;
+  for (const auto& kind : kinds) words.push_back(kind.name);
+  return words;
+}
+
+/// The range of allowed values in the unit of the key, including both ends.
 struct Range {
   double low = 0.0;
   double high = 0.0;
@@ -68,22 +76,23 @@ struct Range {
 /// The largest seed: TOML's largest integer.
 inline constexpr auto largest_seed = static_cast<double>(std::numeric_limits<std::int64_t>::max());
 
-/// A row of the key table. The unit of a number is in its name; degrees (_deg) are kept as radians.
+/// A row of the key table. The name of a number ends with its unit. Degrees are stored as radians.
 template <class Owner>
 struct Key {
   std::string_view name;
-  std::string_view unit;  ///< "" for what has none
+  std::string_view unit;  ///< "" for a key without a unit
   Range range;            ///< of numbers
   std::string_view help;
   OptionAt<Owner> option;
-  /// The words allowed; those of an enumeration in its order. A scene may write - for _ in them.
+  /// The allowed words; for an enumeration, in the order of its enumerators. A scene may write -
+  /// for _.
   std::vector<std::string_view> choices;
-  std::string_view expected = {};  ///< what it accepts, if type and range do not define that
+  std::string_view expected = {};  ///< what the key accepts, if type and range do not show this
 
   bool in_degrees() const { return name.ends_with("_deg"); }
 };
 
-/// A TOML table: its dotted name ("" for the top of the file), and its keys.
+/// A TOML table: its dotted name, which is "" for the top of the file, and its keys.
 template <class Owner>
 struct Section {
   std::string_view name;

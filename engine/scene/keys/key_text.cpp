@@ -17,28 +17,20 @@ std::string number_text(double value) {
   return fmt::format("{}", value);
 }
 
-std::string points_text(const std::vector<Eigen::Vector2d>& points) {
+std::string point_text(const Eigen::Vector2d& p) {
+  return fmt::format("[{}, {}]", number_text(p.x()), number_text(p.y()));
+}
+
+/// A list; text_of(value) is the text of one value. None for an empty list.
+template <class Value, class TextOf>
+std::optional<std::string> list_text(const std::vector<Value>& values, const TextOf& text_of) {
+  if (values.empty()) return std::nullopt;
   std::string text;
-  for (const Eigen::Vector2d& p : points)
-    text +=
-        fmt::format("{}[{}, {}]", text.empty() ? "" : ", ", number_text(p.x()), number_text(p.y()));
+  for (const Value& value : values) text += (text.empty() ? "" : ", ") + text_of(value);
   return fmt::format("[{}]", text);
 }
 
-std::string numbers_text(const std::vector<double>& numbers) {
-  std::string text;
-  for (const double number : numbers) text += (text.empty() ? "" : ", ") + number_text(number);
-  return fmt::format("[{}]", text);
-}
-
-std::string strings_text(const std::vector<std::string>& strings) {
-  std::string text;
-  for (const std::string& string : strings)
-    text += (text.empty() ? "" : ", ") + toml_string(string);
-  return fmt::format("[{}]", text);
-}
-
-/// The shortest degrees that convert to the same radians.
+/// The shortest number of degrees that converts to the same radians.
 std::string degrees_text(double rad) {
   const double degrees = rad / degree;
   std::string text;
@@ -99,11 +91,11 @@ std::optional<std::string> option_text(const ConstOption& option, bool in_degree
         else if constexpr (std::is_same_v<T, std::string>)
           return value->empty() ? std::nullopt : std::optional(toml_string(*value));
         else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
-          return value->empty() ? std::nullopt : std::optional(points_text(*value));
+          return list_text(*value, point_text);
         else if constexpr (std::is_same_v<T, std::vector<std::string>>)
-          return value->empty() ? std::nullopt : std::optional(strings_text(*value));
+          return list_text(*value, toml_string);
         else if constexpr (std::is_same_v<T, std::vector<double>>)
-          return value->empty() ? std::nullopt : std::optional(numbers_text(*value));
+          return list_text(*value, number_text);
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name.empty() ? std::nullopt : std::optional(toml_string(value->name));
         else if constexpr (std::is_enum_v<T>)

@@ -10,12 +10,12 @@
 
 namespace ensonify::engine {
 
-/// The limit of a whole number's range. The largest whole number of TOML is not a double: the range
-/// has the next one, 2^63.
+/// A limit of the range of whole numbers, as a whole number. The largest whole number of TOML, 2^63
+/// - 1, is not a double; a range has 2^63 instead, which becomes 2^63 - 1 here.
 std::int64_t whole_limit(double limit);
 
-/// What a key accepts, by its option: "a number from 0.5 to 10000 m", "true or false", "one of
-/// grey, copper".
+/// What a key accepts, as a text that follows from its option: "a number from 0.5 to 10000 m",
+/// "true or false", "one of grey, copper".
 std::string expectation(std::string_view unit, const Range& range,
                         std::span<const std::string_view> choices, const ConstOption& option);
 template <class Owner>
@@ -25,17 +25,17 @@ std::string expectation(const Key<Owner>& key) {
   return expectation(key.unit, key.range, key.choices, key.option(owner));
 }
 
-/// What a key is, and what it accepts.
+/// What a key is and what it accepts.
 template <class Owner>
 std::string help_text(const Key<Owner>& key) {
   return std::string(key.help) + " (" + expectation(key) + ")";
 }
 
-/// An option's value as TOML, the shortest text that reads back to it; none for an unset one. Empty
-/// text counts as unset.
+/// The value of an option as TOML: the shortest text that gives the same value when it is read.
+/// None if the option is unset. An empty text counts as unset.
 std::optional<std::string> option_text(const ConstOption& option, bool in_degrees,
                                        std::span<const std::string_view> choices);
-/// The same of a key. Empty text is a value where the default is another text.
+/// The value of a key as TOML. An empty text is a value if the default is another text.
 template <class Owner>
 std::optional<std::string> option_text(const Key<Owner>& key, const Owner& owner) {
   const ConstOption option = key.option(owner);
@@ -46,9 +46,9 @@ std::optional<std::string> option_text(const Key<Owner>& key, const Owner& owner
   return option_text(option, key.in_degrees(), key.choices);
 }
 
-/// A string as TOML.
+/// A text as a TOML string.
 std::string toml_string(std::string_view text);
-/// The same of its first characters, for a message.
+/// The first characters of a text as a TOML string, for a message.
 std::string quoted_toml(std::string_view text);
 
 }  // namespace ensonify::engine

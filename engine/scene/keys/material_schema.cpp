@@ -8,12 +8,6 @@
 namespace ensonify::engine {
 namespace {
 
-std::vector<std::string_view> material_model_names() {
-  std::vector<std::string_view> names;
-  for (const MaterialModel& model : material_models()) names.push_back(model.name);
-  return names;
-}
-
 std::string material_model_help() {
   std::string help;
   for (const MaterialModel& model : material_models())
@@ -27,10 +21,7 @@ std::string material_like_help() {
       scatter::solid_names());
 }
 
-}  // namespace
-
 // clang-format off
-namespace {
 Section<Material> made_material_section() {
   return {
       "material.NAME",
@@ -38,7 +29,7 @@ Section<Material> made_material_section() {
       "and the objects' material refer to it by NAME (letters, digits, _ and -).",
       {
           {"model", "", {},
-           made_once<material_model_help>(), at(&Material::model), material_model_names()},
+           made_once<material_model_help>(), at(&Material::model), words_of(material_models())},
           {"like", "", {},
            made_once<material_like_help>(), at(&Material::like)},
           {"mean_grain_size_phi", "phi", {-1, 9},

@@ -11,12 +11,6 @@
 namespace ensonify::engine {
 namespace {
 
-std::vector<std::string_view> shape_names() {
-  std::vector<std::string_view> names;
-  for (const ShapeKind& kind : shape_kinds()) names.push_back(kind.name);
-  return names;
-}
-
 std::vector<std::string_view> variant_names() {
   std::vector<std::string_view> names;
   for (const ShapeKind& kind : shape_kinds())
@@ -32,10 +26,7 @@ std::string object_material_help() {
       scatter::solid_names());
 }
 
-}  // namespace
-
 // clang-format off
-namespace {
 Section<ObjectOptions> made_object_section() {
   return {
       "objects",
@@ -47,7 +38,7 @@ Section<ObjectOptions> made_object_section() {
            "under the data folder. A closed mesh scatters on its outside, an open one on both sides.",
            at(&ObjectOptions::mesh)},
           {"shape", "", {}, "Instead of a mesh: a shape by its name; the list below has its sizes.",
-           at(&ObjectOptions::shape), shape_names()},
+           at(&ObjectOptions::shape), words_of(shape_kinds())},
           {"variant", "", {},
            "Which form of the shape, of those listed below; unset: drawn, the first more often.",
            at(&ObjectOptions::variant), variant_names()},

@@ -11,19 +11,13 @@
 namespace ensonify::engine {
 namespace {
 
-std::vector<std::string_view> intersector_names() {
-  std::vector<std::string_view> names;
-  for (const IntersectorKind& kind : intersector_kinds()) names.push_back(kind.name);
-  return names;
-}
-
 std::vector<std::string_view> surface_choices() {
   std::vector<std::string_view> names = face_source_names();
   names.insert(names.begin(), auto_surface);
   return names;
 }
 
-/// How one degree of freedom moves.
+/// The keys of the movement of one degree of freedom.
 std::vector<Key<Scene>> oscillation(Oscillation MotionOptions::*which, std::string_view rms,
                                     std::string_view wander, std::string_view unit,
                                     double largest) {
@@ -45,7 +39,7 @@ Section<Scene> shift(std::string_view name, std::string_view help,
 }
 
 // clang-format off
-/// A key for each format, then the others of [output].
+/// The keys of [output]: one key for each format, then the others.
 std::vector<Key<Scene>> output_keys() {
   std::vector<Key<Scene>> keys;
   for (const OutputFormat& format : output_formats())
@@ -100,10 +94,6 @@ std::string bed_material_help() {
       cover_names());
 }
 
-}  // namespace
-
-// One row per key.
-namespace {
 std::vector<Section<Scene>> made_scene_sections() {
   using scatter::SeaWater;
   return {
@@ -517,7 +507,7 @@ std::vector<Section<Scene>> made_scene_sections() {
            {"intersector", "", {},
             "What finds the nearest hits (`ensonify intersectors` lists them). fan_scan is the "
             "fastest, and has the same bits on every machine.",
-            at(&Scene::run, &RunOptions::intersector), intersector_names()},
+            at(&Scene::run, &RunOptions::intersector), words_of(intersector_kinds())},
            {"robust", "", {},
             "Whether embree uses its robust mode, in which far fewer rays slip between faces, at "
             "some cost in speed. The other intersectors let none through.",

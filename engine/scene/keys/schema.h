@@ -12,7 +12,7 @@
 
 namespace ensonify::engine {
 
-/// All keys except `version`, those of lists ([[objects]] ...), the materials' and the sonars'.
+/// All keys except `version` and the keys of lists ([[objects]] ...), materials and sonars.
 const std::vector<Section<Scene>>& scene_sections();
 /// The keys of each [[objects]].
 const Section<ObjectOptions>& object_section();
@@ -23,10 +23,10 @@ const Section<Material>& material_section();
 /// The keys of each [sonar.NAME].
 const Section<Sonar>& sonar_section();
 
-/// The keys that say where a patch or a layer of relief lies.
+/// The keys that define where a patch or a layer of relief lies.
 const std::vector<Key<Area>>& area_keys();
 
-/// The keys of a part of an owner, made keys of the owner.
+/// Adds the keys of a part of an owner to the owner's keys.
 template <class Owner, class Part>
 void append_keys(std::vector<Key<Owner>>& keys, const std::vector<Key<Part>>& part_keys,
                  Part Owner::*part) {
@@ -66,14 +66,13 @@ Section<Layer> made_relief_section() {
   return made;
 }
 
-/// The keys of each layer of one kind of relief, from its ReliefKind.
+/// The keys of each layer of one kind of relief. They follow from its ReliefKind.
 template <class Layer>
 const Section<Layer>& relief_section() {
   return made_once<made_relief_section<Layer>>();
 }
 
-/// Calls f(section, list) for each list of tables that a scene can have. `scene` is a Scene, const
-/// or not.
+/// Calls f(section, list) for each list of tables of a scene, which may be const.
 template <class AnyScene, class F>
 void for_each_list(AnyScene& scene, F&& f) {
   auto& bed = scene.seafloor.seabed;
@@ -84,7 +83,7 @@ void for_each_list(AnyScene& scene, F&& f) {
 }
 
 /// Calls f(dotted name of the key, key, owner) for every key of a scene: seed, sea.salinity_psu,
-/// objects.0.shape, sonar.NAME.range_m. `scene` is a Scene, const or not.
+/// objects.0.shape, sonar.NAME.range_m. `scene` is a Scene or a const Scene.
 template <class AnyScene, class F>
 void for_each_key(AnyScene& scene, F&& f) {
   const auto visit = [&](const auto& section, const std::string& table, auto& owner) {
@@ -101,8 +100,8 @@ void for_each_key(AnyScene& scene, F&& f) {
   });
 }
 
-/// Calls f(dotted name of the key, file) for every file that a scene can name. `scene` is a Scene,
-/// and the file an InputFile, const or not.
+/// Calls f(dotted name of the key, file) for every file that a scene can name. The file is an
+/// InputFile; it is const if the scene is.
 template <class AnyScene, class F>
 void for_each_file(AnyScene& scene, F&& f) {
   using File = std::conditional_t<std::is_const_v<AnyScene>, const InputFile, InputFile>;

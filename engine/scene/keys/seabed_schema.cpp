@@ -55,10 +55,7 @@ std::vector<Key<Area>> made_area_keys() {
        at(&Area::number)},
   };
 }
-}  // namespace
-const std::vector<Key<Area>>& area_keys() { return made_once<made_area_keys>(); }
 
-namespace {
 Section<Patch> made_patch_section() {
   Section<Patch> patch{
       "seafloor.patches",
@@ -76,6 +73,7 @@ Section<Patch> made_patch_section() {
   return patch;
 }
 }  // namespace
+const std::vector<Key<Area>>& area_keys() { return made_once<made_area_keys>(); }
 const Section<Patch>& patch_section() { return made_once<made_patch_section>(); }
 // clang-format on
 

@@ -1,19 +1,9 @@
-#include <string_view>
-#include <vector>
-
 #include <ensonify/engine/base/made_once.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 
 namespace ensonify::engine {
-
 namespace {
-
-std::vector<std::string_view> sides_names() {
-  std::vector<std::string_view> names;
-  for (const SidesKind& kind : sides_kinds) names.push_back(kind.name);
-  return names;
-}
 
 // clang-format off
 Section<Sonar> made_sonar_section() {
@@ -27,7 +17,7 @@ Section<Sonar> made_sonar_section() {
            "defaults.",
            at(&Sonar::preset), preset_names()},
           {"sides", "", {}, "The sides it has; files of one side have that side's columns only.",
-           at(&Sonar::sides), sides_names()},
+           at(&Sonar::sides), words_of(sides_kinds)},
           {"forward_m", "m", {-1000, 1000},
            "Where it is mounted, ahead of the vehicle's reference point.",
            at(&Sonar::mounting, &Mounting::forward_m)},

@@ -33,7 +33,7 @@ std::vector<std::string> strings(const toml::node& node, const RefuseValue& refu
   return strings;
 }
 
-/// An array of numbers. `refuse` makes the error.
+/// The numbers of an array. `refuse` makes the error for a wrong value.
 std::vector<double> numbers(const Range& range, const toml::node& node, const RefuseValue& refuse) {
   const toml::array* array = node.as_array();
   if (!array) throw refuse("");
@@ -46,7 +46,7 @@ std::vector<double> numbers(const Range& range, const toml::node& node, const Re
   return numbers;
 }
 
-/// An array of pairs. `refuse` makes the error.
+/// The points of an array of pairs. `refuse` makes the error for a wrong value.
 std::vector<Eigen::Vector2d> points(const Range& range, const toml::node& node,
                                     const RefuseValue& refuse) {
   const toml::array* array = node.as_array();
@@ -113,7 +113,7 @@ void set_option(const Option& option, const toml::node& node, const ExpectedValu
   const auto number = [&]() -> double {
     const std::optional value = number_of(node);
     if (!value || !(*value >= expected.range.low && *value <= expected.range.high))
-      throw refuse("");  // nor NaN
+      throw refuse("");  // the condition also refuses NaN
     return expected.in_degrees ? *value * degree : *value;
   };
   const auto word = [&]() -> std::string {

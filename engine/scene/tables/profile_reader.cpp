@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<CsvColumn, 2> profile_columns = {
     {{.name = "depth_m", .alias = "Depth (Meter)"},
-     {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};  // a CastAway's
+     {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};  // CastAway's
 constexpr CsvFormat profile_format{.row = "sample", .columns = profile_columns};
 
 scatter::SoundSpeedProfile profile_of(const CsvTable& table) {

@@ -7,12 +7,12 @@
 
 namespace ensonify::engine {
 
-/// Reads a sound speed profile from CSV with the columns `depth_m` and `soundspeed_mps`, or from a
-/// CastAway's file, as a CsvTable: one sample per row, in any order. Throws SceneError with
-/// `file:line: what is wrong, what was expected`.
+/// Reads a sound speed profile from CSV (see CsvTable) with the columns `depth_m` and
+/// `soundspeed_mps`, or from the file of a CastAway: one sample per row, in any order. Throws
+/// SceneError with `file:line: what is wrong, what was expected`.
 scatter::SoundSpeedProfile read_profile(const std::filesystem::path& file);
 
-/// The same from text; `name` stands for the file in messages.
+/// Reads the profile from a text; `name` replaces the file's name in messages.
 scatter::SoundSpeedProfile parse_profile(std::string_view text, std::string_view name);
 
 }  // namespace ensonify::engine

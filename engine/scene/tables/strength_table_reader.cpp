@@ -19,7 +19,7 @@ constexpr std::array<CsvColumn, 3> strength_columns = {
     {{"grazing_deg"}, {"strength_db"}, {"frequency_hz", false}}};
 constexpr CsvFormat strength_format{.row = "strength", .columns = strength_columns};
 
-/// The value in a column, if it is in its range.
+/// The value in a column. Throws SceneError if it is not in the range.
 double value(const CsvTable& table, std::size_t row, StrengthColumn column, double low,
              double high) {
   const double value = table.at(row, column);

@@ -8,14 +8,14 @@
 
 namespace ensonify::engine {
 
-/// Reads measured backscatter strengths from CSV, as a CsvTable: `grazing_deg` from 0 to 90,
-/// `strength_db` from -200 to 60, and `frequency_hz` where there are several frequencies. Rows are
-/// in order: the frequencies increase, and for each frequency two or more angles increase. Throws
+/// Reads measured backscatter strengths from CSV (see CsvTable): `grazing_deg` from 0 to 90,
+/// `strength_db` from -200 to 60, and, for several frequencies, `frequency_hz`. The rows are in
+/// order: frequencies increase, and for each frequency the angles, two or more, increase. Throws
 /// SceneError with `file:line: what is wrong, what was expected`.
 std::shared_ptr<const scatter::StrengthTable> read_strength_table(
     const std::filesystem::path& file);
 
-/// The same from text; `name` stands for the file in messages.
+/// Reads the strengths from a text; `name` replaces the file's name in messages.
 std::shared_ptr<const scatter::StrengthTable> parse_strength_table(std::string_view text,
                                                                    std::string_view name);
 

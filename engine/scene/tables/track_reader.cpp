@@ -56,16 +56,15 @@ constexpr std::array<CsvColumn, 15> track_columns{{{"t_s", false},
                                                    {"pitch_deg", false},
                                                    {"heading_deg", false}}};
 constexpr CsvFormat track_format{.row = "pose", .columns = track_columns};
-constexpr double farthest_m = 1e9, longest_s = 1e12;  // larger values are meaningless
+constexpr double farthest_m = 1e9, longest_s = 1e12;  // larger values are refused as meaningless
 
-/// The column of recordings with that name; null if they have none.
+/// The column of recordings with this name; null if recordings have none.
 const PingColumn* recorded_column(std::string_view name) {
   const auto found = std::ranges::find(ping_columns(), name, &PingColumn::name);
   return found == ping_columns().end() ? nullptr : &*found;
 }
 
-/// A number of a ping whose beams have separate packets: that of the middle of the outermost
-/// two. An angle is in degrees.
+/// A number of a ping whose beams have separate packets: the middle between its outermost beams.
 std::optional<double> middle_value(const PingColumn& column, const RecordedPing& rear,
                                    const RecordedPing& front) {
   const std::optional<double> from = column.value(rear), to = column.value(front);
@@ -74,13 +73,13 @@ std::optional<double> middle_value(const PingColumn& column, const RecordedPing&
   return *from + 0.5 * (is_angle ? std::remainder(*to - *from, 360.0) : *to - *from);
 }
 
-/// The time and the outermost beams of one ping; the same beam twice if it has one packet.
+/// The time and the outermost beams of one ping; one beam twice if the ping has one packet.
 struct PingBeams {
   double t_s;
   const RecordedPing *rear, *front;
 };
 
-/// A column of the pings; NaN where they do not state it.
+/// The values of a column for all pings; NaN for pings that do not state it.
 std::vector<double> recorded_values(const PingColumn& column, std::span<const PingBeams> pings) {
   std::vector<double> values;
   for (const auto& [t_s, rear, front] : pings)
@@ -89,8 +88,8 @@ std::vector<double> recorded_values(const PingColumn& column, std::span<const Pi
   return values;
 }
 
-/// Replaces NaN by what lies between the values before and after, in time; one value at least is
-/// known.
+/// Replaces NaN by linear interpolation in time between the values before and after it. At least
+/// one value must be known.
 void fill_gaps(std::vector<double>& values, std::span<const PingBeams> pings, bool is_angle_deg) {
   const auto begin = values.begin();
   auto last = std::ranges::find_if_not(values, [](double value) { return std::isnan(value); });
@@ -106,8 +105,9 @@ void fill_gaps(std::vector<double>& values, std::span<const PingBeams> pings, bo
   std::fill(last + 1, values.end(), *last);
 }
 
-/// The navigation of a recording's first line: its pings with a place and a time later than all
-/// before. A height or an angle that some of them lack is interpolated, or left out if most do.
+/// The navigation of a recording's first line: its pings that have a place, and a time later than
+/// that of all earlier pings. If some of them lack a height or an angle, it is interpolated; if
+/// most of them lack it, it is left out.
 CsvTable navigation_table(const std::filesystem::path& file, Vertical vertical,
                           std::vector<std::string>& warnings) {
   RecordedLine line;
@@ -166,7 +166,8 @@ CsvTable navigation_table(const std::filesystem::path& file, Vertical vertical,
     const auto lacking = static_cast<std::size_t>(
         std::ranges::count_if(of_pings, [](double value) { return std::isnan(value); }));
     if (lacking == pings.size()) continue;
-    // Places have no gaps, or are of another kind. An altitude has no effect where a depth is kept.
+    // All pings have a place of the same kind, or this column is not used. If a depth is kept, an
+    // altitude has no effect.
     const bool needed =
         i >= z_m && !(i == altitude_m && has[depth_m] && vertical == Vertical::depth);
     if (lacking > 0 && !needed) continue;
@@ -204,7 +205,7 @@ class TrackReader {
       log_.z_m = column(depth_m, farthest_m);
       for (double& z : log_.z_m) z = -z;
     }
-    // A run's own table has both, and no altitude over a hole.
+    // The table of a run has height and altitude; over a hole the altitude is empty.
     const bool needed = log_.z_m.empty() || track_.vertical == Vertical::altitude;
     if (table_.has(altitude_m) && (needed || is_complete(altitude_m)))
       log_.altitude_m = column(altitude_m, farthest_m);
@@ -307,7 +308,7 @@ class TrackReader {
     }
   }
 
-  /// Warns of columns that may be a missing column under another name.
+  /// Warns about unknown columns that may be a missing column under another name.
   void warn_of_other_names() {
     struct Name {
       std::string_view begin;
@@ -359,7 +360,8 @@ class TrackReader {
       const auto [low, high] = std::ranges::minmax(values);
       return 0.5 * (low + high) * degree;
     };
-    std::vector<double> off_first_deg;  // from -180 to 180, also over the meridian of 180 degrees
+    // -180 to 180, also for a track over the meridian of 180 degrees
+    std::vector<double> off_first_deg;
     for (const double longitude : longitude_deg)
       off_first_deg.push_back(std::remainder(longitude - longitude_deg.front(), 360.0));
     const GeographicPlace middle{middle_rad(latitude_deg),

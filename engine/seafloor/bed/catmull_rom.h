@@ -14,8 +14,8 @@ inline std::array<double, 4> catmull_rom(double t) {
           0.5 * (4.0 * t2 - 3.0 * t3 + t), 0.5 * (t3 - t2)};
 }
 
-/// Independent numbers that are interpolated along two axes keep their variance if they are
-/// multiplied by this: the sum of the squared weights has the mean 57 / 70 along each axis.
+/// Interpolation of independent numbers along two axes keeps their variance if the result is
+/// multiplied by this, because the mean of the sum of squared weights is 57 / 70 for each axis.
 inline constexpr double catmull_rom_keeps_variance = 70.0 / 57.0;
 
 /// The factor by which this interpolation changes the amplitude of a wave with a phase step of

@@ -9,10 +9,11 @@
 
 namespace ensonify::engine {
 
-/// What with_detail() makes, in windows of the finer grid, from windows of a survey of this size,
-/// with square cells: the same interpolated heights, and relief of the same statistics. Its scale
-/// is estimated from `parts` of the survey. Throws std::invalid_argument as with_detail() does, and
-/// when heights are made, what the survey throws.
+/// As with_detail(), but in windows of the finer grid: the same interpolated heights, and relief
+/// with the same statistics. `survey` has the size of the survey, whose cells must be square, and
+/// `heights` returns its heights in windows. The scale of the relief is estimated from `parts` of
+/// the survey. Throws std::invalid_argument as with_detail(); the returned function throws what
+/// `heights` throws.
 refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
                                                     refine::HeightTiles::Heights heights,
                                                     std::span<const Heightfield> parts,

@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/bed/files_beside.h>
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdint>
@@ -26,14 +25,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t most_text_bytes = 1 << 20;
-constexpr std::uintmax_t most_metadata_bytes = 1 << 24;  // it may hold histograms and tables
+constexpr std::uintmax_t most_metadata_bytes = 1 << 24;  // they may have histograms and tables
 
-/// The driver of GDAL that would open a file; empty if it is no raster.
+/// The name of the GDAL driver that would open a file; empty if the file is no raster.
 std::string driver_of(const fs::path& file) {
   if (!refine::fault_of_file(file).empty()) return {};
   if (is_hdf5(file)) return "HDF5";
   const std::string begin = refine::begin_of_file(file, 4);
-  if (begin.starts_with("\xef\xbb\xbf"))  // GDAL gets a text grid without its mark
+  if (begin.starts_with("\xef\xbb\xbf"))  // a text grid, which UnmarkedGrid passes to GDAL
     return std::isalpha(static_cast<unsigned char>(begin.back())) ? "AAIGrid" : "";
   GDALAllRegister();
   constexpr std::array<const char*, 7> drivers = {"GTiff", "AAIGrid", "netCDF", "PNG",
@@ -44,7 +43,7 @@ std::string driver_of(const fs::path& file) {
   return driver ? GDALGetDriverShortName(driver) : "";
 }
 
-/// What a file beside a raster is to GDAL.
+/// The use that GDAL makes of a file beside a raster.
 enum class Role { none, metadata, mask, reference, place, overviews, erdas };
 
 Role role_of(const fs::path& file, const fs::path& raster, std::string_view driver) {
@@ -59,7 +58,7 @@ Role role_of(const fs::path& file, const fs::path& raster, std::string_view driv
   if (name == stem + ".prj" && driver == "AAIGrid") return Role::reference;
   if (driver != "GTiff" && driver != "PNG" && driver != "JPEG") return Role::none;
   if (name == stem + ".tab" || name == stem + ".wld") return Role::place;
-  // World files: .tfw and .tifw for .tif.
+  // World files: for example .tfw and .tifw for .tif.
   const std::string ending = whole.substr(stem.size());
   if (ending.size() < 3) return Role::none;
   return name == stem + ending + "w" || name == stem + ending.substr(0, 2) + ending.back() + "w"
@@ -86,7 +85,7 @@ FilesBeside::FilesBeside(const fs::path& raster) {
     const fs::file_status status = entry.status(error);
     const bool is_image = role == Role::mask || role == Role::overviews;
     if (!fs::exists(status)) continue;
-    if (fs::is_directory(status) && !is_image) continue;  // GDAL finds nothing there
+    if (fs::is_directory(status) && !is_image) continue;  // GDAL does not open it
     if (!fs::is_regular_file(status)) refuse("is not a regular file; remove it");
     if (!lies_below(file, folder))
       refuse(fmt::format("is a link that leads out of {}; copy the file there", folder.string()));

@@ -5,24 +5,23 @@
 
 namespace ensonify::engine {
 
-/// The files beside a raster that GDAL opens by itself, found by their names and checked before it
-/// does. Each is a regular file (a named pipe would be waited for without end) of a limited size,
-/// and lies in the raster's folder or below it, also behind a link. A mask and overviews are TIFF
-/// files: GDAL would take any format, also those that name other files and hosts.
+/// The files beside a raster that GDAL opens without being asked. This class finds them by their
+/// names and checks them before GDAL opens them. Each must be a regular file (GDAL would wait on a
+/// named pipe without end) of a limited size, in the raster's folder or below it; a link must also
+/// lead there. A mask and overviews must be TIFF files, because GDAL would take any format, also
+/// formats that name other files and hosts.
 class FilesBeside {
  public:
-  /// None for a file that is no raster, or cannot be opened. Throws refine::MeshError, which names
-  /// the file beside the raster.
+  /// Finds no files beside a file that is no raster or cannot be opened. Throws refine::MeshError
+  /// with the name of the refused file.
   explicit FilesBeside(const std::filesystem::path& raster);
 
-  /// Those that say something about the raster: its metadata (.aux.xml), its mask, its reference
-  /// system (.prj) and its place (world files, .tab).
+  /// The raster's metadata (.aux.xml), mask, reference system (.prj) and place (world files, .tab).
   const std::vector<std::filesystem::path>& read() const { return read_; }
-  /// What GDAL_PAM_ENABLED has to be while the raster is open. Without an .aux.xml file GDAL would
-  /// look for ERDAS's .aux, which can name other files.
+  /// The value of GDAL_PAM_ENABLED while the raster is open. If it were YES without an .aux.xml
+  /// file, GDAL would look for an .aux file of ERDAS, which can name other files.
   const char* reads_metadata() const { return has_metadata_ ? "YES" : "NO"; }
-  /// ERDAS's .aux, of which GDAL takes overviews when it reads fewer pixels than there are; empty
-  /// if there is none.
+  /// The .aux file of ERDAS, of which GDAL takes overviews for lower resolutions; empty: none.
   const std::filesystem::path& erdas_file() const { return erdas_file_; }
 
  private:

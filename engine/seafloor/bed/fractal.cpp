@@ -29,15 +29,15 @@ SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief
     throw std::invalid_argument(
         fmt::format("fractal relief: the longest wave is {} m; it must be finite and not negative",
                     relief.longest_m));
-  // Below k0 the spectrum is level (von Karman's form).
+  // Below k0 the spectrum is constant (von Karman's form).
   const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
 
   SpectralField what;
-  // A period for both directions: a long strip would have too few long waves across it and too much
-  // power along it.
+  // One period for both directions: with a period for each, a long strip would have too few long
+  // waves across it and too much power along it.
   what.period_m = (h > 0.7 ? 4.0 : 2.0) *
                   std::max(grid.columns * grid.cell_east_m, grid.rows * grid.cell_north_m);
-  // Over it the correlation of this form falls to less than 5e-4.
+  // Over this distance the correlation of von Karman's form falls to less than 5e-4.
   what.reach_m = 1.5 * relief.longest_m;
   if (relief.spectrum == FractalSpectrum::variogram) {
     // Phi(k) = C |k|^-(2H+2) is the 2-D spectrum with the variogram sigma^2 d^2H.
@@ -48,9 +48,8 @@ SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief
       return root_c * std::pow(kx * kx + ky * ky + k0 * k0, exponent);
     };
   } else {
-    // This spectrum has no variogram that is independent of the period (it grows with it), so
-    // half the sum of the variograms 1 m to the east and 1 m to the north is scaled to the
-    // height.
+    // The variogram of this spectrum grows with the period. So the spectrum is scaled: half the sum
+    // of the variograms 1 m to the east and 1 m to the north becomes the squared height at 1 m.
     what.amplitude = [k0, exponent = -0.5 * (2.0 * h + 1.0)](double kx, double ky) {
       return std::pow(kx * kx + ky * ky + k0 * k0, exponent);
     };

@@ -1,6 +1,5 @@
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <mutex>

@@ -27,7 +27,7 @@ double middle_of_zone_deg(int zone) { return 6.0 * std::abs(zone) - 183.0; }
 Eigen::Vector2d false_origin_m(int zone) { return {500e3, zone > 0 ? 0.0 : 10e6}; }
 
 /// The direction of a plane's north at a place, clockwise from true north. The columns of `axes`
-/// are the place's own east, north and up, in those of the plane.
+/// are east, north and up at the place, in the axes of the plane.
 double convergence_rad(const std::vector<double>& axes) { return std::atan2(axes[3], axes[4]); }
 
 void check(const GeographicPlace& where) {
@@ -40,7 +40,7 @@ void check(const GeographicPlace& where) {
 
 }  // namespace
 
-// Of UTM's zones without their limits: surveys of a whole country may use one.
+// Places beyond the zone's limits are allowed: surveys of a whole country may use one zone.
 MapPlace utm_place(const GeographicPlace& where, int zone) {
   check(where);
   const double from_middle_deg =
@@ -76,7 +76,7 @@ MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& orig
 }
 
 PlaceOnEarth place_of_utm(const Eigen::Vector2d& place, int zone) {
-  constexpr double farthest_m = 3.5e6;  // some most_from_middle_deg at the equator
+  constexpr double farthest_m = 3.5e6;  // about most_from_middle_deg at the equator
   const Eigen::Vector2d from_middle = place - false_origin_m(zone);
   if (!(std::abs(from_middle.x()) <= farthest_m && std::abs(from_middle.y()) <= 10e6))
     throw std::invalid_argument(

@@ -14,14 +14,14 @@
 namespace ensonify::engine {
 namespace {
 
-// Only fftw_execute may run in two threads at once. A fork() waits for the lock, so that the child
-// does not have it locked by a thread that it does not have.
+// Only fftw_execute may run in two threads at once. A fork() waits for the lock; otherwise the
+// child could have a lock whose thread exists only in the parent.
 std::mutex planner;
 const int at_fork =
     pthread_atfork([] { planner.lock(); }, [] { planner.unlock(); }, [] { planner.unlock(); });
 
-// FFTW's vectors are not longer. The memory is not FFTW's own, so that a program's operator new can
-// take large pages for it.
+// No vector of FFTW is longer than 64 bytes. The memory is not from FFTW, so that a program's
+// operator new can use large pages for it.
 constexpr std::align_val_t values_begin{64};
 GridTransform::Values values_of(std::size_t numbers) {
   return GridTransform::Values(
@@ -45,7 +45,7 @@ void GridTransform::Free::operator()(double* values) const {
 
 GridTransform::GridTransform(int rows, int columns, Ways ways)
     : rows_(rows), columns_(columns), plans_(std::make_unique<Plans>()) {
-  // FFTW_ESTIMATE does not touch the array, but needs one with the alignment of the later ones.
+  // FFTW_ESTIMATE does not access the array, but needs one with the alignment of later arrays.
   const Values example = values_of(16);
   double* const values = example.get();
   auto* const spectrum = reinterpret_cast<fftw_complex*>(values);

@@ -6,7 +6,7 @@
 namespace ensonify::engine {
 
 /// Fourier transforms of a real grid, in place. A row of `columns` numbers has room for columns / 2
-/// + 1 complex ones. Thread-safe, except that each array belongs to one thread.
+/// + 1 complex numbers. Thread-safe, but only one thread may use an array at a time.
 class GridTransform {
  public:
   struct Free {
@@ -24,12 +24,12 @@ class GridTransform {
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
-  /// From row to row, in numbers.
+  /// The distance from row to row, in numbers.
   std::size_t stride() const { return 2 * (static_cast<std::size_t>(columns_) / 2 + 1); }
   /// Throws std::bad_alloc.
   Values allocate() const;
-  /// Both without a factor: one after the other multiplies by rows * columns. Only for arrays of
-  /// allocate(). forward() is only for a transform of both ways.
+  /// The transforms, only for arrays from allocate(), and forward() only with Ways::both. They have
+  /// no factor, so forward() and then backward() multiply by rows * columns.
   void forward(double* values) const;
   void backward(double* values) const;
 
@@ -39,11 +39,11 @@ class GridTransform {
   std::unique_ptr<Plans> plans_;
 };
 
-/// The next length of 2^a 3^b 5^c with a >= 1: transforms are fast at these, and they have a
-/// Nyquist term. Throws std::invalid_argument for more than 2^30.
+/// The least length of at least `at_least` that is 2^a 3^b 5^c with a >= 1. Transforms of such
+/// lengths are fast and have a Nyquist term. Throws std::invalid_argument for more than 2^30.
 int fast_length(double at_least);
 
-/// The frequency, in steps, of a row of a transform.
+/// The frequency of row `index` of a transform, in frequency steps.
 inline double signed_frequency(int index, int length) {
   return index <= length / 2 ? index : index - length;
 }

@@ -4,7 +4,7 @@
 
 namespace ensonify::engine {
 
-/// One of HDF5's handles, closed at the end of its scope.
+/// A handle of HDF5 that the destructor closes.
 class Hdf5Handle {
  public:
   Hdf5Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}

@@ -1,12 +1,10 @@
 #include <ensonify/engine/seafloor/bed/height_blocks.h>
 
-#include <algorithm>
-
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t max_blocks = 24;      // of 4 MB, that are kept whole
-constexpr double coarse_cells = 4194304.0;  // of a FieldInWindows: 32 MB
+constexpr std::size_t max_blocks = 24;      // blocks of 4 MB in memory, or more if threads use more
+constexpr double coarse_cells = 4194304.0;  // most coarse cells of a FieldInWindows: 32 MB
 
 }  // namespace
 
@@ -18,8 +16,8 @@ HeightBlocks::HeightBlocks(int columns, int rows, Make make)
   blocks_.reserve(max_blocks);
 }
 
-/// The first row of a block and then its first column, where its neighbours' tiles end; null if
-/// it was not made yet.
+/// The first row and then the first column of a block, at which windows in neighbouring blocks end;
+/// null if the block was not made yet.
 const float* HeightBlocks::known_border(int column, int row) {
   const std::lock_guard lock(mutex_);
   const std::size_t number = number_of({row, column});
@@ -41,7 +39,7 @@ HeightBlocks::Block& HeightBlocks::block_for(const Place& place) {
   const std::lock_guard lock(mutex_);
   auto found = std::ranges::find(blocks_, place, [](const auto& each) { return each->place; });
   if (found == blocks_.end()) {
-    // The one that was used longest ago, unless a thread has it.
+    // Takes the block whose last use is longest ago, unless threads use all blocks.
     if (blocks_.size() >= max_blocks)
       found = std::ranges::min_element(
           blocks_, {}, [](const auto& each) { return std::pair(each->users > 0, each->used); });

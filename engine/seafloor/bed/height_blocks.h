@@ -14,31 +14,28 @@
 
 namespace ensonify::engine {
 
-/// Heights over a large grid that are made block by block, as TiledField makes them, and rounded to
-/// floats. The blocks that were used last are kept. Thread-safe.
+/// Heights over a large grid that are made block by block (see TiledField::add_block()) and rounded
+/// to floats. The most recently used blocks are kept in memory. Thread-safe.
 class HeightBlocks {
  public:
-  static constexpr int block = TiledField::block_points;  ///< points in both directions
+  static constexpr int block = TiledField::block_points;  ///< points in each direction
 
-  /// Adds the heights of a block, (column, row), to zeros, row by row. Called by several threads.
+  /// Adds the heights of the block (column, row) to zeros, row by row. Several threads call it.
   using Make = std::function<void(int column, int row, std::vector<double>& z_m)>;
 
   HeightBlocks(int columns, int rows, Make make);
 
-  /// Calls take(column of the window, row of the window, height) for each point of a window. Throws
-  /// what make() throws.
+  /// Calls take(column in the window, row in it, height) for each point. Throws what make() throws.
   template <class Take>
   void for_each(int first_column, int first_row, int columns, int rows, Take&& take) {
-    const auto first_block = [](int first) { return first / block; };
-    const auto last_block = [](int first, int count) { return (first + count - 1) / block; };
-    for (int row = first_block(first_row); row <= last_block(first_row, rows); ++row)
-      for (int column = first_block(first_column); column <= last_block(first_column, columns);
+    for (int row = first_row / block; row <= (first_row + rows - 1) / block; ++row)
+      for (int column = first_column / block; column <= (first_column + columns - 1) / block;
            ++column) {
         const int from_column = std::max(first_column, column * block);
         const int from_row = std::max(first_row, row * block);
         const int end_column = std::min(first_column + columns, (column + 1) * block);
         const int end_row = std::min(first_row + rows, (row + 1) * block);
-        // A window that ends with the first row or column of a block needs no more of the block.
+        // A window that ends with the first row or column of a block needs only this border.
         const bool is_border = end_column - column * block == 1 || end_row - row * block == 1;
         const float* const border = is_border ? known_border(column, row) : nullptr;
         const BlockInUse whole = border ? BlockInUse() : block_at(column, row);
@@ -54,11 +51,11 @@ class HeightBlocks {
 
  private:
   using Place = std::pair<int, int>;  // row, column
-  /// Blocks are used again for other places, and borders lie in one array. If they were freed and
-  /// allocated among the large arrays of the transforms, they would fragment the memory.
+  /// The memory of blocks is reused, and all borders are in one array: freed and allocated among
+  /// the large arrays of transforms, they would fragment the memory.
   struct Block {
     Place place{-1, -1};
-    std::uint64_t used = 0;  // the larger, the later
+    std::uint64_t used = 0;  // larger for blocks that were used later
     int users = 0;           // number of threads that use it
     std::mutex making;
     bool made = false;
@@ -77,7 +74,7 @@ class HeightBlocks {
 
   const int across_;
   const Make make_;
-  std::mutex mutex_;  // of the following
+  std::mutex mutex_;  // for the members below
   std::uint64_t uses_ = 0;
   std::vector<std::unique_ptr<Block>> blocks_;
   std::vector<float> borders_;
@@ -87,7 +84,7 @@ class HeightBlocks {
 /// A TiledField, rounded to floats, in windows of its grid. Thread-safe.
 class FieldInWindows {
  public:
-  /// As TiledField's; throws what that throws.
+  /// Parameters and exceptions as in TiledField.
   FieldInWindows(const Heightfield& grid, SpectralField what, std::uint64_t seed, Purpose purpose,
                  std::uint64_t number = 0);
   FieldInWindows(const FieldInWindows&) = delete;

@@ -18,12 +18,12 @@ struct Heightfield {
   std::vector<double> z_m;  ///< rows * columns, southern row first; NaN marks a hole
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();  ///< the grid's middle, world metres
 
-  int utm_zone = 0;       ///< of the world, 1 to 60, negative in the south; 0: unknown
-  std::string reference;  ///< the world's coordinate reference system as WKT; empty: unknown
+  int utm_zone = 0;       ///< of the world coordinates, 1 to 60, negative in the south; 0: unknown
+  std::string reference;  ///< reference system of the world coordinates as WKT; empty: unknown
 
-  // A window keeps the coordinates of its larger grid: the origin is the middle of the whole grid.
-  int whole_columns = 0, whole_rows = 0;  ///< of the larger grid; 0: this is whole
-  int first_column = 0, first_row = 0;    ///< of the window in it
+  // A window has the coordinates of its larger grid: the origin is the middle of the larger grid.
+  int whole_columns = 0, whole_rows = 0;  ///< of the larger grid; 0: this is no window
+  int first_column = 0, first_row = 0;    ///< of the window in the larger grid
 
   double points() const { return static_cast<double>(columns) * rows; }
   bool is_window() const { return whole_columns > 0; }

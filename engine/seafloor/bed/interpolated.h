@@ -12,14 +12,15 @@
 
 namespace ensonify::engine {
 
-/// Values at the points of a grid, interpolated (catmull_rom) from those of a lattice, whose point
-/// (column, row) lies at (column, row) * step_m. take_samples(column, row, columns, samples) puts
-/// in those of the points from (column, row) on, row by row. They must depend on the place alone:
-/// then in a window of a grid the values have the bits of the whole grid's.
+/// Values at the points of a grid, interpolated by catmull_rom() from values at the points of a
+/// lattice; point (column, row) of the lattice lies at (column, row) * step_m. take_samples(column,
+/// row, columns, samples) fills `samples` with the values of the lattice from point (column, row)
+/// on, row by row. These values must depend only on the place. Then a window of a grid has the same
+/// bits as the whole grid.
 template <class TakeSamples>
 std::vector<double> interpolated(const Heightfield& grid, double step_m,
                                  TakeSamples&& take_samples) {
-  // Counted from the corner of the whole grid, so that a window has the same bits.
+  // Counted from the corner of the whole grid, so that a window has the same bits as the grid.
   const double west = std::floor(grid.x_m(-grid.first_column) / step_m) - 1.0;
   const double south = std::floor(grid.y_m(-grid.first_row) / step_m) - 1.0;
   const auto before = [&](double place_m, double edge) {

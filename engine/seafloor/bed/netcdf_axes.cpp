@@ -1,19 +1,16 @@
-#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <ensonify/engine/base/lower_case.h>
-#include <ensonify/engine/seafloor/bed/unit_of_length.h>
 
 namespace ensonify::engine {
 namespace {
@@ -25,7 +22,7 @@ std::string attribute_of(const GDALMDArray& array, const char* name) {
   return lower_case(text ? text : "");
 }
 
-/// 'x' or 'y' by standard_name, axis or the name; 0: unknown.
+/// The direction of a coordinate, 'x' or 'y', from its standard_name, axis or name; 0: unknown.
 char direction_of(const GDALMDArray& coordinate) {
   const std::string standard = attribute_of(coordinate, "standard_name");
   const std::string name = lower_case(coordinate.GetName());
@@ -50,7 +47,7 @@ bool is_in_degrees(const GDALMDArray& coordinate) {
          name == "longitude" || name == "latitude";
 }
 
-/// If the steps are not equal: the coordinate before the largest step.
+/// The coordinate before the largest step, if the steps are not equal; unset if they are.
 std::optional<double> unequal_after(const GDALMDArray& coordinate, std::size_t count) {
   std::vector<double> at(count);
   const GUInt64 first = 0;
@@ -58,8 +55,7 @@ std::optional<double> unequal_after(const GDALMDArray& coordinate, std::size_t c
                        at.data()))
     return std::nullopt;
   const double step = (at.back() - at.front()) / static_cast<double>(count - 1);
-  // A missing row moves those around it by half a cell or more. Floats of large numbers are
-  // rounded.
+  // A missing row moves its neighbours by half a cell or more. Large numbers as floats are rounded.
   const bool is_float = coordinate.GetDataType().GetNumericDataType() == GDT_Float32;
   bool equal = true;
   std::size_t largest = 1;

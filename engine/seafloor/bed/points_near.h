@@ -7,7 +7,7 @@
 
 namespace ensonify::engine {
 
-/// Columns and rows of a grid, the ends included; none if an end lies before its beginning.
+/// Columns and rows of a grid, both ends included; empty if east < west or north < south.
 struct GridRange {
   int west = 0, east = 0, south = 0, north = 0;
 };
@@ -27,7 +27,7 @@ inline GridRange points_near(const Heightfield& grid, double x_m, double y_m, do
       std::min(grid.rows - 1, clamp(std::floor(north + high), grid.first_row, grid.rows))};
 }
 
-/// The same: f(column, row, east of the place, north of it).
+/// Calls f(column, row, metres east of the place, metres north of it) for each of points_near().
 template <class F>
 void for_each_point_near(const Heightfield& grid, double x_m, double y_m, double reach_m, F&& f) {
   const GridRange near = points_near(grid, x_m, y_m, reach_m);

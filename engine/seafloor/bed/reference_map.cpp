@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -19,8 +18,8 @@ using GeographicOfMap = std::function<GeographicPlace(double east_m, double nort
 
 using Transformation = std::shared_ptr<OGRCoordinateTransformation>;
 
-/// From the system to WGS 84, or back; east or longitude first. Null where place_of_reference() is
-/// empty.
+/// The transformation from the system to WGS 84 (`to_earth`) or back; east or longitude is first.
+/// Null if place_of_reference() is empty.
 Transformation transformation_of(const std::string& reference, bool to_earth) {
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   OGRSpatialReference map, earth;
@@ -33,7 +32,7 @@ Transformation transformation_of(const std::string& reference, bool to_earth) {
                                  : OGRCreateCoordinateTransformation(&earth, &map));
 }
 
-/// Empty where place_of_reference() is.
+/// A function from the system to WGS 84; empty if place_of_reference() is empty.
 GeographicOfMap geographic_of(const std::string& reference) {
   const Transformation to_earth = transformation_of(reference, true);
   if (!to_earth) return {};
@@ -48,7 +47,7 @@ GeographicOfMap geographic_of(const std::string& reference) {
   };
 }
 
-constexpr double step_m = 100.0;  // along which the map's north hardly turns
+constexpr double step_m = 100.0;  // over this distance the map's north hardly turns
 
 }  // namespace
 

@@ -7,7 +7,7 @@
 
 namespace ensonify::engine {
 
-/// Throws refine::MeshError: the file, and what is wrong with it.
+/// Throws refine::MeshError with the file's name and `what` is wrong with the file.
 [[noreturn]] inline void refuse_file(const std::filesystem::path& file, const std::string& what) {
   throw refine::MeshError(file.string() + ": " + what);
 }

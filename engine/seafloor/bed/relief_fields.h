@@ -7,10 +7,10 @@
 
 namespace ensonify::engine {
 
-/// The spectrum of what add_fractal() adds to a grid. Only the size of the grid and of its cells is
-/// used. Throws what add_fractal() throws.
+/// The spectrum of the relief that add_fractal() adds to a grid. Only the size of the grid and of
+/// its cells is used. Throws as add_fractal().
 SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief);
-/// The same of add_ripples().
+/// The spectrum of the relief that add_ripples() adds to a grid. Throws as add_ripples().
 SpectralField ripple_field(const Heightfield& grid, const RippleRelief& relief);
 
 }  // namespace ensonify::engine

@@ -48,10 +48,10 @@ SpectralField ripple_field(const Heightfield& grid, const RippleRelief& relief) 
   const double k0y = k0 * std::cos(relief.across_crests_rad);
   const double kw2 = std::pow(relief.relative_width * k0, 2);
   SpectralField what;
-  // Wavenumber steps of at most a quarter of the width, however small the field.
+  // So that wavenumber steps are at most a quarter of the width, even for a small field.
   what.period_m = 4.0 * relief.wavelength_m / relief.relative_width;
   what.reach_m = what.period_m;
-  // The correlation falls as exp(-distance times half width in wavenumber): to 5e-4.
+  // The correlation falls as exp(-distance * half width in wavenumber), here to exp(-7.6) = 5e-4.
   what.regular_m = 7.6 / (relief.relative_width * k0);
   what.amplitude = [=, exponent = -0.5 * (relief.hurst + 1.0)](double kx, double ky) {
     const auto around = [&](double cx, double cy) {

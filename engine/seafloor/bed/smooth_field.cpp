@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -17,9 +16,9 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t waves = 48;          // their sum has a kurtosis of 2.95
-constexpr std::size_t together = 4;        // of which take_values() adds; a divisor of them
-constexpr double samples_per_wave = 10.0;  // interpolated to 1e-3 of the amplitude
+constexpr std::size_t waves = 48;          // the sum of 48 waves has a kurtosis of 2.95
+constexpr std::size_t together = 4;        // waves that take_values() adds at once; divides `waves`
+constexpr double samples_per_wave = 10.0;  // then the interpolation errs by 1e-3 of the amplitude
 constexpr double golden = 0.6180339887498949;
 
 }  // namespace
@@ -34,8 +33,8 @@ SmoothField::SmoothField(const RandomStream& draws, double shortest_m, double lo
   draws.uniform(u);
   double power = 0.0;
   for (std::size_t i = 0; i < waves; ++i) {
-    // Directions divide the half circle into equal parts with one random direction in each;
-    // lengths are distributed evenly over the octaves.
+    // The half circle is divided into equal parts, with one random direction in each part. Lengths
+    // are distributed evenly over the octaves.
     const double direction = std::numbers::pi * (static_cast<double>(i) + u[2 * i]) / waves;
     const double turned = golden * static_cast<double>(i) + u[2 * waves];
     const double share = turned - std::floor(turned);

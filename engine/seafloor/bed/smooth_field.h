@@ -11,18 +11,18 @@
 namespace ensonify::engine {
 
 /// A smooth, isotropic and nearly Gaussian field of zero mean and unit variance: a sum of plane
-/// waves with lengths from the shortest to the longest, longer ones with larger amplitudes. It
-/// depends on the place alone, not on a grid. Layers use it to vary their direction, position and
-/// borders.
+/// waves with lengths from the shortest to the longest. Longer waves have larger amplitudes. The
+/// value depends only on the place, not on a grid. Layers use such fields to vary direction,
+/// position and borders.
 class SmoothField {
  public:
   /// Throws std::invalid_argument unless 0 < shortest <= longest.
   SmoothField(const RandomStream& draws, double shortest_m, double longest_m);
 
   double at(double x_m, double y_m) const;
-  /// Its values at the points of a grid, interpolated where the grid is much finer than the waves.
+  /// The values at a grid's points, interpolated if the grid is much finer than the waves.
   std::vector<double> over(const Heightfield& grid, int threads = 1) const;
-  /// Rms of its slope in any one direction, per metre.
+  /// The rms slope of the field in any one direction, per metre.
   double slope_per_m() const { return slope_per_m_; }
 
  private:

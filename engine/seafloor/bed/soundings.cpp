@@ -17,14 +17,14 @@
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
-#include <ensonify/engine/seafloor/bed/unit_of_length.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr int closed_cells = 2;  // from one with soundings
+constexpr int closed_cells = 2;  // most distance of a cell from a cell with soundings
 
 using Sounding = std::array<double, 3>;
 
@@ -35,10 +35,10 @@ std::string_view without_blanks(std::string_view text) {
   return text.substr(0, text.find_last_not_of(blanks) + 1);
 }
 
-/// Where a line has its x, y and z.
+/// The columns of x, y and z in a line.
 struct Columns {
   std::array<std::size_t, 3> place{0, 1, 2};
-  char separator = '\0';  ///< none: any of blanks, commas and semicolons
+  char separator = '\0';  ///< zero: any of blanks, commas and semicolons
 };
 
 std::vector<std::string_view> fields_of(std::string_view line, char separator) {
@@ -74,7 +74,7 @@ std::optional<Sounding> sounding_of(std::string_view line, const Columns& column
   return sounding;
 }
 
-/// Whether numbers have commas for points: then commas do not separate.
+/// Whether the numbers of a line have decimal commas, so that commas do not separate fields.
 bool has_decimal_commas(std::string_view line) {
   const bool clear = line.find_first_of(";\t") != line.npos;
   std::size_t with = 0, fields = 0;
@@ -88,8 +88,8 @@ bool has_decimal_commas(std::string_view line) {
   return clear ? with > 0 : with == 3;
 }
 
-/// What a header calls x, y or z, without its unit of metres; 3: degrees; 4: one of these in
-/// another unit of length; unset: another name.
+/// The meaning of a column's name (which may have a unit): 0, 1 or 2 for x, y or z in metres; 3 for
+/// longitude or latitude; 4 for one of these in another unit of length. Unset for other names.
 std::optional<std::size_t> meaning_of(std::string_view word) {
   std::string name(word);
   std::erase_if(name, [](char c) { return c == '"' || c == '\''; });
@@ -114,8 +114,9 @@ std::optional<std::size_t> meaning_of(std::string_view word) {
   return std::nullopt;
 }
 
-/// The columns that a header names; unset if it names other things, so that their order is unknown,
-/// or other units. Three or fewer names, none of which stands in another's place, are x, y and z.
+/// The columns that a header names; unset if it has other units, or names from which the columns do
+/// not follow. If not all of x, y and z are named, up to three names are taken as x, y and z in
+/// this order, unless a name contradicts it.
 std::optional<Columns> columns_of(std::string_view header) {
   Columns columns;
   for (const char separator : {';', '\t', ','})
@@ -183,7 +184,7 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
       x_m_.push_back((*sounding)[0]);
       y_m_.push_back((*sounding)[1]);
       z_m_.push_back(z_m);
-    } else if (first) {  // it may have the columns' names
+    } else if (first) {  // the first line may have the names of the columns
       const std::optional<Columns> named = columns_of(lines.line());
       if (!named)
         refuse(
@@ -256,7 +257,7 @@ std::vector<double> Soundings::heights() const {
           closed[static_cast<std::size_t>(r) * row_length + static_cast<std::size_t>(c)] = true;
     }
   cells = {};
-  // Checked here, because Qhull would print.
+  // Soundings on a line are found here, because Qhull would print a message.
   const auto from_first = [&](std::size_t i) {
     return Eigen::Vector2d(x_m[i] - x_m[0], y_m[i] - y_m[0]);
   };
@@ -272,7 +273,7 @@ std::vector<double> Soundings::heights() const {
   if (!(twice_area_m2 > 1e-3 * cell_m_ * longest.norm()))
     refuse_file(file_, "has all its soundings on one line; a survey needs an area");
   constexpr double hole = std::numeric_limits<double>::quiet_NaN();
-  // Outside of all triangles: the nearest mean within a cell.
+  // Outside of all triangles the height is the nearest mean within the size of a cell.
   const GDALGridLinearOptions how{
       .nSizeOfStructure = sizeof how, .dfRadius = cell_m_, .dfNoDataValue = hole};
   std::vector<double> heights(closed.size());

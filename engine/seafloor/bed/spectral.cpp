@@ -29,7 +29,7 @@ struct Size {
   double cells() const { return static_cast<double>(columns) * rows; }
 };
 
-/// Cells of a period, east and north.
+/// The cells of a period, east and north.
 struct Lengths {
   double columns, rows;
 };
@@ -41,14 +41,14 @@ Lengths lengths_of(const Heightfield& field, const SpectralField& what) {
   return {along(field.columns, field.cell_east_m), along(field.rows, field.cell_north_m)};
 }
 
-/// Size of the transform whose period is the field's.
+/// The size of the transform with the period of the field.
 Size size_of(const Heightfield& field, const SpectralField& what) {
   const auto [columns, rows] = lengths_of(field, what);
   return {fast_length(columns), fast_length(rows)};
 }
 
-/// Size of the transform for short waves. The waves that kept_share() keeps have a correlation
-/// below 5e-4 over the margin.
+/// The size of the transform for short waves. Over the margin, the correlation of the waves that
+/// kept_share() keeps falls below 5e-4.
 Size size_of_short_waves(const Heightfield& field, const SpectralField& what) {
   const auto along = [&](int points, double cell_m) {
     constexpr double min_margin = 96.0;
@@ -57,22 +57,20 @@ Size size_of_short_waves(const Heightfield& field, const SpectralField& what) {
   return {along(field.columns, field.cell_east_m), along(field.rows, field.cell_north_m)};
 }
 
-/// Whether long waves on a coarser lattice save more than they cost.
+/// Whether making long waves on a coarser lattice saves time and memory.
 bool has_bands(const Heightfield& field, const SpectralField& what) {
   return size_of(field, what).cells() > 2.0 * size_of_short_waves(field, what).cells();
 }
 
 LatticeWindow window_of(const Heightfield& field) { return {0, 0, field.columns, field.rows}; }
 
-/// The coarser lattice without heights, from which the field's points are interpolated.
+/// The coarser lattice from which the field's points are interpolated, without heights.
 Heightfield coarser_lattice(const Heightfield& field) {
   const LatticeWindow window = window_of(field).coarser();
-  Heightfield lattice;
-  lattice.columns = window.columns;
-  lattice.rows = window.rows;
-  lattice.cell_east_m = band_ratio * field.cell_east_m;
-  lattice.cell_north_m = band_ratio * field.cell_north_m;
-  return lattice;
+  return {.columns = window.columns,
+          .rows = window.rows,
+          .cell_east_m = band_ratio * field.cell_east_m,
+          .cell_north_m = band_ratio * field.cell_north_m};
 }
 
 double points_per_wave(const Heightfield& field, double kx, double ky) {
@@ -82,8 +80,8 @@ double points_per_wave(const Heightfield& field, double kx, double ky) {
 
 std::size_t count(int number) { return static_cast<std::size_t>(number); }
 
-/// The heights at the field's points, row by row, of a field whose period is a transform's. Its
-/// white noise begins at the number `first` of the stream.
+/// The heights at the field's points, row by row, for a field with the period of a transform. The
+/// white noise begins at number `first` of the random stream.
 GridTransform::Values one_transform(const Heightfield& field, const Size& size,
                                     const SpectralField& what, const RandomStream& noise,
                                     std::uint64_t first, const WorkControl& control) {
@@ -94,8 +92,8 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
   double* const heights = values.get();
   auto* const spectrum = reinterpret_cast<std::complex<double>*>(heights);
 
-  // FFTW's inverse sums the terms, so the mean power of a term is amplitude^2 dkx dky. It is that
-  // of a complex number whose two parts are normal with half of it.
+  // FFTW's inverse transform sums the terms, so the mean power of a term must be amplitude^2 dkx
+  // dky. A term is a complex number; each of its two parts is normal with half of this power.
   const double dkx = 2.0 * pi / (columns * field.cell_east_m);
   const double dky = 2.0 * pi / (rows * field.cell_north_m);
   const double to_part = std::sqrt(0.5 * dkx * dky);
@@ -119,7 +117,7 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
       spectrum[count(row) * terms + i] *= to_part * amplitudes[i];
     std::fill(parts + 2 * used, parts + stride, 0.0);
   };
-  // The sum for the calibration depends on the order of its terms.
+  // A weight needs one thread: the sum for the calibration depends on the order of its terms.
   refine::for_parts(count(rows), what.weight ? 1 : control.threads,
                     [&](std::size_t first_row, std::size_t end_row) {
                       std::vector<double> amplitudes(terms);
@@ -128,7 +126,7 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
                         fill_row(static_cast<int>(row), amplitudes);
                       }
                     });
-  // A real field's terms at k and -k are conjugate. Both are stored where kx is 0 or Nyquist's.
+  // The terms of a real field at k and -k are conjugate. Both are stored if kx is 0 or Nyquist's.
   for (const std::size_t column : {std::size_t{0}, terms - 1})
     for (std::size_t row = 0; row <= count(rows) / 2; ++row) {
       const std::complex<double> term = spectrum[row * terms + column];
@@ -147,12 +145,13 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
   return values;
 }
 
-/// The heights at the field's points, row by row: in one transform, or its short waves in one and
-/// its long ones, `level` lattices up, interpolated.
+/// The heights at the field's points, row by row: one transform, or a transform of the short waves
+/// plus the long waves, interpolated from a coarser lattice. `level` counts lattices.
 GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
                                  const RandomStream& noise, const WorkControl& control,
                                  int level = 0) {
-  const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;  // beyond any transform's
+  // The numbers of a level do not overlap those of another, as no transform has 2^40 of them.
+  const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;
   if (!has_bands(field, what))
     return one_transform(field, size_of(field, what), what, noise, first, control);
 
@@ -203,7 +202,7 @@ SpectralField calibrated(SpectralField what, const Heightfield& field) {
   const double dkx = 2.0 * pi / (columns * field.cell_east_m);
   const double dky = 2.0 * pi / (rows * field.cell_north_m);
   double sum = 0.0;
-  // A square of wavenumbers, in steps of the transform's.
+  // Adds a square of wavenumbers; x, y and side are in steps of the transform's wavenumbers.
   const auto take = [&](double x, double y, double side) {
     if (2.0 * std::abs(x) > columns || 2.0 * std::abs(y) > rows || (x == 0.0 && y == 0.0)) return;
     const double amplitude = what.amplitude(x * dkx, y * dky);
@@ -213,7 +212,7 @@ SpectralField calibrated(SpectralField what, const Heightfield& field) {
   constexpr int cells = 2 * longest + 1;  // from the inner to the outer border of a ring
   for (int row = -longest; row <= longest; ++row)
     for (int column = -longest; column <= longest; ++column) take(column, row, 1.0);
-  // Rings of twice the wavenumber, in cells that grow with it.
+  // Rings whose outer wavenumber is twice the inner; their cells grow with the wavenumber.
   for (double inner = longest + 0.5; 2.0 * inner < std::max(columns, rows); inner *= 2.0) {
     const double side = inner / cells;
     for (int row = -2 * cells; row < 2 * cells; ++row)
@@ -239,7 +238,7 @@ double spectral_field_bytes(const Heightfield& field, const SpectralField& what)
     return sizeof(double) * (size.columns + 2.0) * size.rows;
   };
   if (!has_bands(field, what)) return bytes_of(size_of(field, what));
-  // The long waves are at most as large as what made them.
+  // The heights of the long waves take at most the memory of the transform that makes them.
   const Heightfield coarser = coarser_lattice(field);
   const double between = sizeof(double) * static_cast<double>(field.columns) * coarser.rows;
   return spectral_field_bytes(coarser, what) + bytes_of(size_of_short_waves(field, what)) + between;

@@ -5,16 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <span>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
@@ -27,16 +22,11 @@
 #include <ensonify/engine/base/lower_case.h>
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/base/units.h>
-#include <ensonify/engine/seafloor/bed/ascii_grid.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
-#include <ensonify/engine/seafloor/bed/gdal_cache.h>
-#include <ensonify/engine/seafloor/bed/hdf5_parts.h>
-#include <ensonify/engine/seafloor/bed/npy_grid.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
 #include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
-#include <ensonify/engine/seafloor/bed/survey_mosaic.h>
 #include <ensonify/engine/seafloor/bed/unmarked_grid.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -66,7 +56,7 @@ class SurveyReader {
   SurveyReader(const SurveyReader&) = delete;
   SurveyReader& operator=(const SurveyReader&) = delete;
 
-  /// The files that a mosaic puts together; none if the file is no mosaic.
+  /// The source files of a mosaic; none if the file is no mosaic.
   std::vector<std::filesystem::path> sources() {
     if (!is_mosaic(file_)) return {};
     const Quiet quiet(*this);
@@ -89,7 +79,7 @@ class SurveyReader {
     fail("no cell has heights at all four corners; is the NODATA value right (see gdalinfo)?");
   }
 
-  /// A window's heights, row by row from the south. Thread-safe, if only this is called.
+  /// A window's heights, row by row from the south. Thread-safe, if no other function is called.
   void read_window(int first_column, int first_row, int columns, int rows, std::span<double> z_m) {
     const std::lock_guard lock(mutex_);
     const Quiet quiet(*this);
@@ -106,7 +96,7 @@ class SurveyReader {
  private:
   using Window = VariableResolution::Window;
 
-  /// What a band's numbers mean.
+  /// Converts a band's numbers to metres.
   struct Metres {
     double scale = 1.0, offset_m = 0.0;
     double operator()(double raw) const { return scale * raw + offset_m; }
@@ -124,7 +114,7 @@ class SurveyReader {
     const auto [first_column, first_row, columns, rows] = window;
     const bool from_north = transform_[5] < 0.0;
     const int first_line = from_north ? field_.rows - first_row - rows : first_row;
-    // From the last row to the first, if the file's rows go south.
+    // If the file's rows go south, GDAL writes from the last row of `values` to the first.
     double* const first =
         from_north ? &values[static_cast<std::size_t>(rows - 1) * static_cast<std::size_t>(columns)]
                    : values.data();
@@ -140,7 +130,7 @@ class SurveyReader {
           out_of_memory_ ? "there is not enough memory" : "the file is truncated or damaged"));
   }
 
-  /// The file's heights.
+  /// Reads the heights of a window from the file, without scatter.
   void read_raw(const Window& window, std::span<double> z_m) {
     if (resolution_)
       resolution_->read(VariableResolution::What::height, window, z_m);
@@ -155,7 +145,7 @@ class SurveyReader {
     }
   }
 
-  /// Where the file's mask or transparency hides its heights.
+  /// Sets NaN where the file's mask or transparency hides heights.
   void make_holes(const Window& window, std::span<double> z_m) {
     std::vector<double> mask(z_m.size());
     read_band(*band().GetMaskBand(), window, mask);
@@ -163,7 +153,7 @@ class SurveyReader {
       if (mask[i] == 0.0) z_m[i] = std::numeric_limits<double>::quiet_NaN();
   }
 
-  /// The uncertainties of the file's heights; where it has none, no positive number.
+  /// Reads the uncertainties of a window's heights. Where the file has none, they are not positive.
   void read_uncertainty(const Window& window, std::span<double> uncertainty_m) {
     if (resolution_)
       return resolution_->read(VariableResolution::What::uncertainty, window, uncertainty_m);
@@ -205,14 +195,14 @@ class SurveyReader {
 
   Heightfield read_header() {
     open();
-    check_size(band());
-    check_reference(band());
-    if (has_refinements_) take_refinements();
+    check_size();
+    check_reference();
+    if (has_refinements(*dataset_)) take_refinements();
     place();
     return field_;
   }
 
-  /// The grid is that of the finest refinement.
+  /// Uses a grid with the cells of the finest refinement instead of the coarse grid.
   void take_refinements() {
     if (!resolution_) resolution_.emplace(file_, transform_[1], std::abs(transform_[5]));
     const double columns = resolution_->columns(), rows = resolution_->rows();
@@ -224,17 +214,17 @@ class SurveyReader {
     transform_ = {transform_[0], resolution_->cell_m(), 0.0, south, 0.0, resolution_->cell_m()};
   }
 
-  /// Before heights are read.
+  /// Reads the header and the rules for heights. Call this before heights are read.
   void prepare() {
     if (!std::isfinite(water_level_m_)) fail("the water level is not a finite number");
     read_header();
-    gdal_error_.clear();  // warnings about a file that it could open
+    gdal_error_.clear();  // messages about a file that GDAL could open are warnings
     if (resolution_) return;
     if (soundings_) take_soundings();
     if (is_text()) refuse(fault_of_ascii_grid(file_, field_.columns, field_.rows));
     nodata_ = band().GetNoDataValue(&has_nodata_);
     declares_nodata_ = has_nodata_ != 0;
-    if (is_text() && !has_nodata_) {  // as ESRI has it
+    if (is_text() && !has_nodata_) {  // the default of ESRI's format
       has_nodata_ = 1;
       nodata_ = -usual_missing_m;
     }
@@ -247,7 +237,7 @@ class SurveyReader {
       fail(
           "has blocks without data and no NODATA value for them; it is damaged, or needs "
           "gdal_edit.py -a_nodata");
-    gdal_error_.clear();  // warnings about a file that it could open
+    gdal_error_.clear();
   }
 
   void take_soundings() {
@@ -257,7 +247,7 @@ class SurveyReader {
       fail_with_gdal("cannot be put on a grid; is there enough memory?");
   }
 
-  /// Windows side by side share the rows of files that keep whole rows together.
+  /// In files that store whole rows together, windows side by side need the same rows.
   void keep_rows_in_cache() {
     constexpr std::int64_t rows = 1400, most_bytes = 256 << 20;
     const std::int64_t row_bytes =
@@ -269,15 +259,14 @@ class SurveyReader {
 
   /// Whether a band's name has one of these words.
   bool band_has(int number, std::initializer_list<std::string_view> words) const {
-    std::string name = dataset_->GetRasterBand(number)->GetDescription();
-    name = lower_case(std::move(name));
+    const std::string name = lower_case(dataset_->GetRasterBand(number)->GetDescription());
     return std::ranges::any_of(words,
                                [&](std::string_view word) { return name.find(word) != name.npos; });
   }
   bool is_uncertainty(int number) const {
     return band_has(number, {"uncertainty", "error", "deviation", "std"});
   }
-  /// The first band whose name is one for heights, or else the first.
+  /// The first band with a name for heights, or else the first band.
   int band_of_heights() const {
     for (int number = 1; number <= dataset_->GetRasterCount(); ++number)
       if (band_has(number, {"elevation", "depth", "height", "bathymetry"}) &&
@@ -285,7 +274,7 @@ class SurveyReader {
         return number;
     return 1;
   }
-  /// 0 if there is none.
+  /// The first band with a name for uncertainties; 0 if there is none.
   int band_of_uncertainty() const {
     for (int number = 1; number <= dataset_->GetRasterCount(); ++number)
       if (is_uncertainty(number)) return number;
@@ -300,7 +289,7 @@ class SurveyReader {
     fail(gdal_error_.empty() ? what : fmt::format("{} ({})", what, gdal_error_));
   }
 
-  // Keeps GDAL's first message, which is nearest to the cause. What PROJ reports is a warning.
+  // Keeps GDAL's first error, nearest to the cause, and PROJ's first message, which is a warning.
   static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum number, const char* message) {
     auto& reader = *static_cast<SurveyReader*>(CPLGetErrorHandlerUserData());
     reader.out_of_memory_ = reader.out_of_memory_ || number == CPLE_OutOfMemory;
@@ -314,7 +303,7 @@ class SurveyReader {
     bytes_ = static_cast<double>(std::filesystem::file_size(file_));
     if (bytes_ == 0.0) fail("the file is empty");
     if (refine::is_utf16(refine::begin_of_file(file_, 4))) fail(std::string(refine::utf16_fault));
-    // HDF5 would otherwise print, on this thread, for a damaged BAG.
+    // Otherwise HDF5 would print messages on this thread for a damaged BAG.
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
     if (is_hdf5(file_)) refuse(fault_of_hdf5(file_));
@@ -333,7 +322,7 @@ class SurveyReader {
       soundings_.emplace(file_, cell_m_);
       open_grid_of_soundings();
     } else {
-      open_file_by(survey_drivers.data());
+      open_file();
     }
     if (const std::optional found = seafloor_file(file_);
         !dataset_ && found && found->kind != "survey")
@@ -345,7 +334,6 @@ class SurveyReader {
           "it whole? gdal_translate makes a GeoTIFF of most other grids");
     if (names_overviews(*dataset_))
       fail("names another file with its overviews; write it again with gdal_translate");
-    has_refinements_ = has_refinements(*dataset_);
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
     band_ = band_of_heights();
@@ -363,16 +351,16 @@ class SurveyReader {
         GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, by, nullptr, nullptr));
   }
 
-  void open_file_by(const char* const* drivers) {
-    // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
-    open_as(std::filesystem::absolute(file_), drivers);
+  void open_file() {
+    // An absolute name cannot begin with a prefix that GDAL interprets ("NETCDF:...").
+    open_as(std::filesystem::absolute(file_), survey_drivers.data());
     if (dataset_ || !refine::begins_with(file_, "\xef\xbb\xbf")) return;
     unmarked_ = std::make_unique<UnmarkedGrid>(file_, beside_.read());
     gdal_error_.clear();
-    open_as(unmarked_->name(), drivers);
+    open_as(unmarked_->name(), survey_drivers.data());
   }
 
-  /// A grid in memory, whose heights come with prepare().
+  /// Makes a grid in memory; prepare() adds its heights.
   void open_grid_of_soundings() {
     dataset_.reset(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
         "", soundings_->columns, soundings_->rows, 1, GDT_Float64, nullptr));
@@ -383,10 +371,10 @@ class SurveyReader {
 
   bool is_text() const { return std::string_view(dataset_->GetDriverName()) == "AAIGrid"; }
 
-  void check_size(GDALRasterBand& band) {
+  void check_size() {
     field_.columns = dataset_->GetRasterXSize();
     field_.rows = dataset_->GetRasterYSize();
-    refuse(fault_of_size(band, soundings_ ? std::nullopt : std::optional(bytes_), is_text()));
+    refuse(fault_of_size(band(), soundings_ ? std::nullopt : std::optional(bytes_), is_text()));
     check_points(field_.columns, field_.rows);
   }
   void check_points(double columns, double rows) const {
@@ -412,12 +400,12 @@ class SurveyReader {
                     proj_message_.empty() ? "no reason given" : proj_message_));
   }
 
-  void check_reference(GDALRasterBand& band) {
+  void check_reference() {
     if (dataset_->GetGeoTransform(transform_.data()) != CE_None)
       fail("does not define where its cells lie; add that with gdal_translate -a_ullr");
     refuse(fault_of_transform(transform_, field_.columns, field_.rows));
     if (!dataset_->GetSpatialRef() && !proj_message_.empty()) fail_without_reference();
-    refuse(fault_of_reference(*dataset_, band, file_, transform_, needs_cell_));
+    refuse(fault_of_reference(*dataset_, band(), file_, transform_, needs_cell_));
   }
 
   void place() {
@@ -435,13 +423,12 @@ class SurveyReader {
 
   void read_heights(const std::function<void()>& stop_check) {
     if (resolution_) {
-      field_.z_m.resize(static_cast<std::size_t>(field_.columns) *
-                        static_cast<std::size_t>(field_.rows));
+      field_.z_m.resize(static_cast<std::size_t>(field_.points()));
       read_raw({0, 0, field_.columns, field_.rows}, field_.z_m);
       return scatter_all();
     }
     const bool from_north = transform_[5] < 0.0;
-    // Memory grows with the rows that were read, not with the size in the header.
+    // By rows, so that memory grows with the rows in the file, not with the size in its header.
     for (int line = 0; line < field_.rows; ++line) {
       if (stop_check) stop_check();
       const std::size_t begin = field_.z_m.size();
@@ -457,7 +444,7 @@ class SurveyReader {
     scatter_all();
   }
 
-  /// Turns a part of a line of the file into heights.
+  /// Converts a part of a line of the file to heights, in place.
   void to_heights(std::span<double> row, int line, int first_column) const {
     for (std::size_t i = 0; i < row.size(); ++i) {
       const double raw = row[i];
@@ -484,12 +471,12 @@ class SurveyReader {
                        missing);
   }
 
-  /// HDF5 is not safe for threads. GDAL has a lock, which VariableResolution cannot
-  /// take.
+  /// HDF5 is not safe for threads. VariableResolution cannot take the lock inside GDAL, so this
+  /// lock is for both.
   inline static std::mutex use_of_hdf5;
 
-  /// A thread's GDAL settings while a survey is read: messages go to the reader, not to stderr;
-  /// an .aux.xml file is read if it was checked; a text grid keeps its fractions.
+  /// GDAL's settings for the thread while a survey is read: messages go to the reader and not to
+  /// stderr; an .aux.xml file is read if it was checked; heights of text grids are doubles.
   struct Quiet {
     explicit Quiet(SurveyReader& reader)
         : alone(reader.may_use_hdf5_ ? std::unique_lock(use_of_hdf5)
@@ -500,7 +487,7 @@ class SurveyReader {
     CPLErrorHandlerPusher handler;
     CPLConfigOptionSetter metadata;
     CPLConfigOptionSetter fractions{"AAIGRID_DATATYPE", "Float64", false};
-    // The only VRT that reads raw bytes is that of an .npy file; later releases of GDAL ask.
+    // Later releases of GDAL need this for a VRT of raw bytes. Only vrt_of_npy() makes such a VRT.
     CPLConfigOptionSetter npy{"GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE", "ALL", false};
   };
 
@@ -522,7 +509,7 @@ class SurveyReader {
   Heightfield field_;
   int band_ = 1, has_nodata_ = 0;
   const bool may_use_hdf5_;
-  bool out_of_memory_ = false, has_refinements_ = false, needs_cell_ = false;
+  bool out_of_memory_ = false, needs_cell_ = false;
   bool prepared_ = false, declares_nodata_ = false, masked_ = false;
 };
 
@@ -536,7 +523,7 @@ std::vector<std::filesystem::path> files_behind(const std::filesystem::path& fil
   std::set<std::filesystem::path> files;
   const auto take = [&](const std::filesystem::path& named) {
     std::filesystem::path place = place_of(named);
-    // A mosaic may name a source by another way to its folder.
+    // A mosaic may name a source by another path to the same folder.
     if (place != its_place && std::ranges::mismatch(folder, place).in1 == folder.end())
       files.insert(std::move(place));
   };
@@ -554,7 +541,7 @@ SurveySample sample_survey(const SurveyFile& file, double water_level_m) {
   SurveySample sample;
   double sum_m = 0.0;
   std::size_t count = 0;
-  // More places, if the first have no heights.
+  // If the first places have no heights, more places are read.
   for (int places = 8; count == 0 && places <= 64; places *= 8)
     for (int row = 0; row < places; ++row)
       for (int column = 0; column < places; ++column) {
@@ -566,7 +553,7 @@ SurveySample sample_survey(const SurveyFile& file, double water_level_m) {
         Heightfield& part = sample.parts.emplace_back(grid);
         part.columns = columns;
         part.rows = rows;
-        part.z_m.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+        part.z_m.resize(static_cast<std::size_t>(part.points()));
         reader.read_window(first(column, grid.columns, columns), first(row, grid.rows, rows),
                            columns, rows, part.z_m);
         for (const double z : part.z_m) {

@@ -1,23 +1,27 @@
 #include <ensonify/engine/seafloor/bed/survey_checks.h>
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
-#include <string_view>
+#include <cstddef>
+#include <system_error>
 
 #include <Eigen/Core>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
-#include <ensonify/engine/seafloor/bed/netcdf_axes.h>
+#include <ensonify/engine/base/lower_case.h>
+#include <ensonify/engine/seafloor/bed/hdf5_handle-inl.h>
 #include <ensonify/engine/seafloor/bed/reference_map.h>
 #include <ensonify/engine/seafloor/bed/survey_formats.h>
-#include <ensonify/engine/seafloor/bed/unit_of_length.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
 
-/// Within what is left of a size that a file prints with few digits.
+/// Whether a number is whole, except for the rounding of a file that prints few digits.
 bool is_whole(double number) {
   return number > 0.5 && std::abs(number - std::round(number)) < 1e-4 * number;
 }
@@ -25,11 +29,35 @@ bool is_whole(double number) {
 /// Whether a grid without a reference looks like one of longitudes and latitudes.
 bool seems_in_degrees(const std::array<double, 6>& transform, int columns) {
   const auto [west, east_step, turn_1, north, turn_2, north_step] = transform;
-  // 30 seconds are no size in metres.
+  // Cells of whole arc seconds, but not of whole millimetres: a size in metres would be unusual.
   const bool seconds =
       east_step < 0.1 && is_whole(3600.0 * east_step) && !is_whole(1000.0 * east_step);
   return (east_step < 0.005 || seconds) && std::abs(north_step) < 0.1 && west >= -180.0 &&
          west + east_step * columns <= 360.0 && std::abs(north) <= 90.0;
+}
+
+/// Whether a word is a number. A number beyond the range of a double is one, too.
+bool is_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error != std::errc::invalid_argument && end == word.data() + word.size();
+}
+
+/// For H5Lvisit(): returns 1, which ends the visit, at a link or a table whose content is in
+/// another file, and sets `found` to its name.
+herr_t is_elsewhere(hid_t group, const char* name, const H5L_info_t* link, void* found) {
+  bool elsewhere = link->type == H5L_TYPE_EXTERNAL;
+  if (link->type == H5L_TYPE_HARD) {
+    const Hdf5Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    if (object.is_open() && H5Iget_type(object.get()) == H5I_DATASET) {
+      const Hdf5Handle made_with(H5Dget_create_plist(object.get()), H5Pclose);
+      elsewhere = made_with.is_open() && (H5Pget_external_count(made_with.get()) > 0 ||
+                                          H5Pget_layout(made_with.get()) == H5D_VIRTUAL);
+    }
+  }
+  if (elsewhere) *static_cast<std::string*>(found) = name;
+  return elsewhere ? 1 : 0;
 }
 
 }  // namespace
@@ -78,7 +106,7 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
       if (std::string fault = fault_of_netcdf_axes(file, variable); !fault.empty()) return fault;
   if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
     return fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), remedy);
-  constexpr double max_off = 0.05;  // of a length; that of maps of a continent is smaller
+  constexpr double max_off = 0.05;  // most error of a length; on maps of a continent it is smaller
   const Eigen::Vector2d middle(west + 0.5 * east_step * columns, north + 0.5 * north_step * rows);
   if (reference && !is_on_map(wkt_of(*reference), middle))
     return fmt::format(
@@ -106,6 +134,55 @@ std::string fault_of_reference(GDALDataset& dataset, GDALRasterBand& band,
   if (!is_metre(unit))
     return fmt::format("has heights in '{}'; convert them to metres with gdal_calc.py", unit);
   return {};
+}
+
+std::string fault_of_ascii_grid(const std::filesystem::path& file, int columns, int rows) {
+  refine::FileReader in(file);
+  const std::size_t promised = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  std::size_t found = 0, line_number = 0;
+  for (std::string line; in.next_line(line);) {
+    ++line_number;
+    constexpr const char* blank = " \t\r\v\f";
+    std::size_t begin = line.find_first_not_of(blank);
+    for (; begin != std::string::npos; begin = line.find_first_not_of(blank, begin)) {
+      const std::size_t end = std::min(line.find_first_of(blank, begin), line.size());
+      const std::string_view word = std::string_view(line).substr(begin, end - begin);
+      if (!is_number(word)) {
+        // Lines of the header begin with a word and end with a digit.
+        if (found == 0 && !std::isdigit(static_cast<unsigned char>(word.back()))) break;
+        return fmt::format("line {}: '{}' is not a number{}", line_number, word.substr(0, 40),
+                           word.find(',') == word.npos ? "" : ", expected a decimal point");
+      }
+      if (found == 0 && (word.starts_with('n') || word.starts_with('N')))  // GDAL would skip it
+        return fmt::format(
+            "line {}: a first height of '{}' cannot be read; write a number there, such as the "
+            "value of NODATA_value",
+            line_number, word);
+      ++found;
+      begin = end;
+    }
+  }
+  if (found == promised) return {};
+  return fmt::format(
+      "holds {} heights where its header promises {} x {} = {}; it is truncated or its header is "
+      "wrong",
+      found, columns, rows, promised);
+}
+
+std::string fault_of_hdf5(const std::filesystem::path& file) {
+  const Hdf5Handle all(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  std::string found;
+  if (all.is_open()) H5Lvisit(all.get(), H5_INDEX_NAME, H5_ITER_NATIVE, is_elsewhere, &found);
+  if (found.empty()) return {};
+  return fmt::format(
+      "has the content of '{}' in another file; put it into this one (h5repack, or "
+      "gdal_translate to a GeoTIFF)",
+      found);
+}
+
+bool is_metre(std::string_view unit) {
+  constexpr std::array<std::string_view, 6> names = {"", "m", "metre", "metres", "meter", "meters"};
+  return std::ranges::find(names, lower_case(std::string(unit))) != names.end();
 }
 
 int utm_zone(GDALDataset& dataset) {

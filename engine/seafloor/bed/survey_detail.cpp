@@ -25,8 +25,7 @@ using std::numbers::pi;
 constexpr double max_points = 268435456.0;  // 2^28
 constexpr double max_points_across = 2147483647.0;
 
-/// Interpolates between the middle two of four heights; a missing outer one is extrapolated
-/// linearly.
+/// Interpolates between the middle two of four heights; extrapolates a missing outer one linearly.
 double between(std::array<double, 4> p, double t) {
   if (t == 0.0) return p[1];
   if (std::isnan(p[0])) p[0] = 2.0 * p[1] - p[2];
@@ -35,7 +34,7 @@ double between(std::array<double, 4> p, double t) {
   return w[0] * p[0] + w[1] * p[1] + w[2] * p[2] + w[3] * p[3];
 }
 
-/// How many of the finer grid's cells there are to a cell of the survey.
+/// The number of the finer grid's cells along a cell of the survey.
 struct Parts {
   int east, north;
 };
@@ -58,16 +57,16 @@ Parts parts_of(const Heightfield& survey, const SurveyDetail& detail) {
   return {whole(east, survey.columns), whole(north, survey.rows)};
 }
 
-/// The points that the finer grid has along a number of the survey's.
+/// The number of points of the finer grid along this number of the survey's points.
 int points_along(int points, int parts) { return (points - 1) * parts + 1; }
 
-/// Interpolates to a window of the finer grid; the survey's own points keep their heights. `coarse`
-/// is the survey, or a window of it with two more points on each side than are between them.
+/// Interpolates to a window of the finer grid. Points of the survey keep their heights. `coarse` is
+/// the survey, or a window of it with two points on each side of every place in `window`.
 void interpolate(const Heightfield& coarse, const Parts& parts, Heightfield& window) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const auto width = static_cast<std::size_t>(window.columns);
-  std::vector<double> lines(static_cast<std::size_t>(coarse.rows) *
-                            width);  // fine to the east, coarse to the north
+  // Fine to the east, coarse to the north.
+  std::vector<double> lines(static_cast<std::size_t>(coarse.rows) * width);
   for (int row = 0; row < coarse.rows; ++row)
     for (int column = 0; column < window.columns; ++column) {
       const int in_all = window.first_column + column, left = in_all / parts.east;
@@ -94,10 +93,11 @@ void interpolate(const Heightfield& coarse, const Parts& parts, Heightfield& win
     }
 }
 
-/// The power that a sampled and interpolated field lacks compared with a fractal field. Sampling
-/// folds the spectrum Phi into the band that the cells carry, and interpolation repeats it outside
-/// the band, multiplied by its response T: T^2 (Phi(k0) + the rest that was folded onto k0), where
-/// k0 is the folded k. The rest is even and has no poles, so a table holds it.
+/// The power that a sampled and interpolated field lacks, compared with a fractal field of spectrum
+/// Phi. Sampling folds Phi into the band of the grid's wavenumbers. Interpolation repeats this band
+/// outside, multiplied by the response T of the interpolation: the power at k is T^2 (Phi(k0) + the
+/// rest that was folded onto k0), where k0 is the folded k. The rest is even and has no poles, so
+/// it is stored in a table.
 class Missing {
  public:
   Missing(const FractalScale& scale, double cell_east_m, double cell_north_m)
@@ -120,7 +120,7 @@ class Missing {
     const double x = std::abs(std::remainder(kx * east_, 2.0 * pi));
     const double y = std::abs(std::remainder(ky * north_, 2.0 * pi));
     const double response = catmull_rom_response(kx * east_) * catmull_rom_response(ky * north_);
-    double there = 0.0;  // a wave sampled once per period adds only to the mean
+    double there = 0.0;  // 0 for k0 = 0: a wave sampled once per period adds only to the mean
     if (x > 1e-9 || y > 1e-9)
       there = response * response * (phi(x / east_, y / north_) + rest(x, y));
     return std::sqrt(std::max(0.0, phi(kx, ky) - there));
@@ -164,7 +164,7 @@ double second_difference_m2(std::span<const Heightfield> parts, int lag, bool ea
   return count > 0.0 ? sum / count : 0.0;
 }
 
-/// The scale that the options give; what they leave unset is estimated from the survey.
+/// The scale from the options; values that they leave unset are estimated from the survey.
 FractalScale scale_of(std::span<const Heightfield> parts, const SurveyDetail& detail) {
   FractalScale scale = fractal_scale(parts);
   scale.hurst = detail.hurst.value_or(scale.hurst);
@@ -177,13 +177,11 @@ FractalScale scale_of(std::span<const Heightfield> parts, const SurveyDetail& de
   return scale;
 }
 
-/// The relief that interpolated heights lack.
+/// The spectrum of the relief that interpolated heights lack.
 SpectralField missing_field(const FractalScale& scale, const Heightfield& survey) {
   const auto missing =
       std::make_shared<const Missing>(scale, survey.cell_east_m, survey.cell_north_m);
-  SpectralField what;
-  what.amplitude = [missing](double kx, double ky) { return missing->amplitude(kx, ky); };
-  return what;
+  return {.amplitude = [missing](double kx, double ky) { return missing->amplitude(kx, ky); }};
 }
 
 }  // namespace
@@ -227,14 +225,14 @@ Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, s
                         const WorkControl& control) {
   if (detail.cell_m == 0.0) return survey;
   Heightfield fine = grid_with_detail(survey, detail);
-  const double points = static_cast<double>(fine.columns) * fine.rows;
+  const double points = fine.points();
   if (!(points <= max_points))
     throw std::invalid_argument(
         fmt::format("survey detail: cells of {} m make {:.2g} points of the survey's {} x {}; use "
                     "larger cells, or cut a part out with gdal_translate -projwin",
                     detail.cell_m, points, survey.columns, survey.rows));
   const FractalScale scale = scale_of({&survey, 1}, detail);
-  fine.z_m.resize(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows));
+  fine.z_m.resize(static_cast<std::size_t>(points));
   interpolate(survey, parts_of(survey, detail), fine);
   if (scale.height_at_1m_m == 0.0) return fine;
   add_spectral_field(fine, missing_field(scale, survey), RandomStream(seed, Purpose::survey_detail),
@@ -253,8 +251,7 @@ refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
     relief = std::make_shared<FieldInWindows>(grid_with_detail(survey, detail),
                                               missing_field(scale, survey), seed,
                                               Purpose::survey_detail);
-  Heightfield size = survey;
-  size.z_m.clear();
+  const Heightfield size = survey.window(0, 0, survey.columns, survey.rows);
   return [size, divided = parts_of(survey, detail), heights = std::move(heights), relief](
              int first_column, int first_row, int columns, int rows, std::span<double> z_m,
              std::span<std::uint8_t>) {
@@ -264,19 +261,15 @@ refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
       number = std::min(points, (first + count - 1) / of + 3) - from;
     };
     Heightfield coarse = size;
-    coarse.whole_columns = size.columns;
-    coarse.whole_rows = size.rows;
     around(first_column, columns, divided.east, size.columns, coarse.first_column, coarse.columns);
     around(first_row, rows, divided.north, size.rows, coarse.first_row, coarse.rows);
-    coarse.z_m.resize(static_cast<std::size_t>(coarse.columns) *
-                      static_cast<std::size_t>(coarse.rows));
+    coarse.z_m.resize(static_cast<std::size_t>(coarse.points()));
     heights(coarse.first_column, coarse.first_row, coarse.columns, coarse.rows, coarse.z_m, {});
-    Heightfield window;
-    window.columns = columns;
-    window.rows = rows;
-    window.first_column = first_column;
-    window.first_row = first_row;
-    window.z_m.resize(z_m.size());
+    Heightfield window{.columns = columns,
+                       .rows = rows,
+                       .z_m = std::vector<double>(z_m.size()),
+                       .first_column = first_column,
+                       .first_row = first_row};
     interpolate(coarse, divided, window);
     std::ranges::copy(window.z_m, z_m.begin());
     if (relief) relief->add(first_column, first_row, columns, rows, z_m);

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/bed/survey_mosaic.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
 
 #include <algorithm>
 #include <array>
@@ -14,16 +14,15 @@
 
 #include <ensonify/engine/base/untrusted.h>
 #include <ensonify/engine/seafloor/bed/files_beside.h>
-#include <ensonify/engine/seafloor/bed/hdf5_parts.h>
 #include <ensonify/engine/seafloor/bed/refuse_file.h>
-#include <ensonify/engine/seafloor/bed/survey_formats.h>
+#include <ensonify/engine/seafloor/bed/survey_checks.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr std::uintmax_t most_mosaic_bytes = 1 << 26;  // of some 100,000 files
+constexpr std::uintmax_t most_mosaic_bytes = 1 << 26;  // enough for about 100,000 sources
 
 class SurveyMosaic {
  public:
@@ -69,7 +68,7 @@ class SurveyMosaic {
     if (named.empty() || !std::filesystem::is_regular_file(place, error))
       fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
                        named.string()));
-    // A mosaic may only name files in its own folder or below, like a scene.
+    // Like a scene, a mosaic may only name files in its folder or below it.
     if (!lies_below(place, std::filesystem::absolute(file_).parent_path()))
       fail(
           fmt::format("names '{}', which does not lie in its own folder or below it; put the files "

@@ -10,19 +10,15 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/bed/wave_bands.h>
-
 namespace ensonify::engine {
 namespace {
 
 using std::numbers::pi;
 
-// Spacing, in points, at which the coarse grid may lie beyond the bed's last block.
+// Points by which the coarse grid extends beyond the bed's blocks on each side.
 constexpr int coarse_margin = 12;
 
 }  // namespace
-
-TiledField::~TiledField() = default;
 
 TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_t seed,
                        Purpose purpose, double coarse_cells, std::uint64_t number)
@@ -38,11 +34,11 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   const double side_m =
       std::max({what_.period_m, 2.0 * grid.columns * cell_m_, 2.0 * grid.rows * cell_m_});
   while (std::pow(side_m / spacing_m(band_count_), 2) > coarse_cells) ++band_count_;
-  // All blocks have the same offset on the next five lattices; on coarser ones offsets differ by up
-  // to one point.
+  // On the next five lattices the blocks have the same offset from a point; on coarser lattices the
+  // offsets differ by up to one point.
   LatticeWindow window{0, 0, block_points, block_points};
   for (std::size_t band = 0; band < band_count_; ++band) {
-    // One more, because on a coarser lattice the number of points depends on the place.
+    // One point more, because on a coarser lattice the number of points depends on the place.
     bands_.push_back(make_band(band, window.columns + 1));
     window = window.coarser();
   }
@@ -55,17 +51,16 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   coarse_.columns = points_of(grid.columns);
   coarse_.rows = points_of(grid.rows);
   coarse_.cell_east_m = coarse_.cell_north_m = spacing_m(band_count_);
-  coarse_.z_m.assign(
-      static_cast<std::size_t>(coarse_.columns) * static_cast<std::size_t>(coarse_.rows), 0.0);
-  SpectralField rest;
-  rest.amplitude = [this](double kx, double ky) { return amplitude(band_count_, kx, ky); };
-  rest.period_m = what_.period_m;
+  coarse_.z_m.assign(static_cast<std::size_t>(coarse_.points()), 0.0);
+  const SpectralField rest{
+      .amplitude = [this](double kx, double ky) { return amplitude(band_count_, kx, ky); },
+      .period_m = what_.period_m};
   add_spectral_field(coarse_, rest,
                      RandomStream(seed_, purpose_, {band_count_ + 1, 0, 1 + 2 * number_}));
   take_mean_over(grid);
 }
 
-/// Takes the mean of the rest over the grid from it; the coarse grid is larger.
+/// Subtracts the rest's mean over the grid from the rest; the coarse grid is larger than the grid.
 void TiledField::take_mean_over(const Heightfield& grid) {
   const auto last = [&](int points) {
     return coarse_margin +
@@ -83,7 +78,7 @@ double TiledField::spacing_m(std::size_t band) const {
   return cell_m_ * std::pow(double{band_ratio}, static_cast<double>(band));
 }
 
-/// Amplitude of the waves of a band; with the number after the last band, of the rest.
+/// The amplitude of the waves of a band; the number after the last band is the rest.
 double TiledField::amplitude(std::size_t band, double kx, double ky) const {
   const double length_m = 2.0 * pi / std::hypot(kx, ky);
   double share = 1.0;
@@ -121,7 +116,7 @@ TiledField::Band TiledField::make_band(std::size_t number, int points) const {
         GridTransform(fast_length(points + 2 * reach), fast_length(points + 2 * reach),
                       GridTransform::Ways::both),
         {}};
-    // It fades out from half its reach on.
+    // The kernel fades out from half of its reach on.
     const auto fading = [&](int place) {
       return 1.0 - smooth_step(2.0 * std::abs(place) / static_cast<double>(reach) - 1.0);
     };
@@ -200,14 +195,14 @@ std::vector<double> TiledField::waves(std::size_t band, const LatticeWindow& win
   return heights;
 }
 
-/// The heights of one band. The convolution is cyclic; wrapped values fall into the margin and are
-/// not used.
+/// The heights of one band. The convolution is cyclic, but only values in the margin, which are not
+/// used, have contributions from the other side.
 std::vector<double> TiledField::waves_of(std::size_t number, const LatticeWindow& window) const {
   const Band& band = bands_[number];
   const auto length = static_cast<std::size_t>(band.transform.columns());
   const std::size_t stride = band.transform.stride();
   const GridTransform::Values values = band.transform.allocate();
-  // Columns are numbered from far west, so that all numbers are positive, and in pairs.
+  // Numbers of the random stream count from far west, so that they are positive.
   constexpr std::int64_t far_west = std::int64_t{1} << 40;
   for (std::size_t row = 0; row < length; ++row) {
     const std::int64_t lattice_row = window.row - band.reach + static_cast<std::int64_t>(row);

@@ -15,7 +15,7 @@ UnmarkedGrid::UnmarkedGrid(const std::filesystem::path& file,
   for (const std::filesystem::path& beside : files_beside) add(beside, stem);
 }
 
-/// `stem` is the grid's, which GDAL also finds in the names of the files beside it.
+/// `stem` is the stem of the grid's name, with which the names of the files beside it also begin.
 void UnmarkedGrid::add(const std::filesystem::path& file, const std::string& stem) {
   constexpr std::string_view mark = "\xef\xbb\xbf";
   copies_.push_back({.name = fmt::format("/vsimem/ensonify-{}/grid{}", fmt::ptr(this),

@@ -7,8 +7,8 @@
 
 namespace ensonify::engine {
 
-/// A text grid that begins with a byte-order mark, which GDAL does not take: a copy without it in
-/// GDAL's memory, next to copies of the files beside it.
+/// GDAL does not read a text grid that begins with a byte-order mark. This class keeps a copy of
+/// the grid without the mark in GDAL's memory, with copies of the files beside the grid.
 class UnmarkedGrid {
  public:
   /// Throws refine::MeshError if a file cannot be read.
@@ -18,11 +18,11 @@ class UnmarkedGrid {
   UnmarkedGrid(const UnmarkedGrid&) = delete;
   UnmarkedGrid& operator=(const UnmarkedGrid&) = delete;
 
-  /// What GDAL opens.
+  /// The name of the copy for GDAL.
   const std::string& name() const { return copies_.front().name; }
 
  private:
-  /// A file in GDAL's memory, which reads the content in place.
+  /// A file in GDAL's memory; GDAL reads `content` in place.
   struct Copy {
     std::string name, content;
   };

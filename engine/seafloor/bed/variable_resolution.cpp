@@ -17,15 +17,15 @@ namespace {
 
 constexpr int max_steps_allowed = 1024;
 constexpr hsize_t max_coarse_cells = 1u << 26;
-constexpr float missing = 1e6f;  // of heights and uncertainties
+constexpr float missing = 1e6f;  // marks missing heights and uncertainties
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// Opens a table of a file, if the file is open.
+/// Opens a table of a file; -1 if the file is not open.
 hid_t open_table(const Hdf5Handle& file, const char* name) {
   return file.is_open() ? H5Dopen2(file.get(), name, H5P_DEFAULT) : -1;
 }
 
-/// The size of a table with two dimensions; zeros if it has others.
+/// The size of a table with two dimensions; zeros for any other table.
 std::array<hsize_t, 2> size_of(const Hdf5Handle& table) {
   std::array<hsize_t, 2> size{};
   const Hdf5Handle space(table.is_open() ? H5Dget_space(table.get()) : -1, H5Sclose);
@@ -113,7 +113,7 @@ double VariableResolution::rows() const {
   return std::floor(coarse_rows_ * coarse_north_m_ / finest_m_ + 1e-6);
 }
 
-/// The cell of the coarse grid around the middle of a column or row of the finest cells.
+/// The column or row of the coarse grid at the middle of a column or row of the finest cells.
 int VariableResolution::coarse_column(int column) const {
   const auto at = static_cast<int>((column + 0.5) * finest_m_ / coarse_east_m_);
   return std::clamp(at, 0, coarse_columns_ - 1);
@@ -130,7 +130,7 @@ const VariableResolution::Refinement& VariableResolution::refinement(int coarse_
                       static_cast<std::size_t>(coarse_column)];
 }
 
-/// The values of a refinement, row by row from its south-west.
+/// The values of a refinement, row by row from the south-west.
 std::vector<float> VariableResolution::points(What what, const Refinement& refinement) const {
   std::vector<float> values(std::size_t{refinement.across} * refinement.up);
   const Hdf5Handle type(H5Tcreate(H5T_COMPOUND, sizeof(float)), H5Tclose);
@@ -147,8 +147,8 @@ std::vector<float> VariableResolution::points(What what, const Refinement& refin
   return values;
 }
 
-/// The value of the nearest point of the refinement around each place: steps as large as its
-/// cells.
+/// For each finest cell the value of the nearest point of the refinement there. So the values have
+/// steps as large as the refinement's cells.
 void VariableResolution::read_steps(What what, const Window& window,
                                     std::span<double> values) const {
   std::ranges::fill(values, none);
@@ -159,7 +159,7 @@ void VariableResolution::read_steps(What what, const Window& window,
       const Refinement& finer = refinement(x, y);
       if (finer.across == 0) continue;
       const std::vector<float> points = this->points(what, finer);
-      // The nearest point's number, also for places up to a cell beyond the outer points.
+      // The index of the nearest point, up to a cell beyond the outer points; -1 farther away.
       const auto nearest = [](double from_first_m, float cell_m, std::uint32_t count) {
         const double at = std::floor(from_first_m / cell_m + 0.5);
         if (at < -1.0 || at > count) return -1;
@@ -193,11 +193,11 @@ void VariableResolution::read_steps(What what, const Window& window,
     }
 }
 
-/// The mean over a square as large as the step at each place. That is linear interpolation between
-/// the points. Places without a value stay so, and do not count.
+/// For each place the mean over a square that is as large as the step there. This is linear
+/// interpolation between the points. Places without a value keep none and are left out of means.
 void VariableResolution::smooth(const Window& outer, std::span<const double> steps,
                                 const Window& inner, std::span<double> values) const {
-  // Sums over all places south-west of a point: of the values, and how many there are.
+  // For each point the sum and the number of the values at all places south-west of it.
   const auto stride = static_cast<std::size_t>(outer.columns) + 1;
   std::vector<double> sum(stride * (static_cast<std::size_t>(outer.rows) + 1), 0.0);
   std::vector<double> count(sum.size(), 0.0);
@@ -223,8 +223,8 @@ void VariableResolution::smooth(const Window& outer, std::span<const double> ste
                  static_cast<std::size_t>(x - outer.first_column)];
       const int side = refinement(coarse_column(x), coarse_row(y)).steps;
       if (side == 1 || std::isnan(to)) continue;
-      // A square with an even side has no cell in its middle: then the mean of the four that are
-      // half a cell off.
+      // A square with an even side has no cell in its middle. Then the mean of the four squares
+      // that are half a cell off is used.
       double total = 0.0, places = 0.0;
       for (int north = 0; north <= (side + 1) % 2; ++north)
         for (int east = 0; east <= (side + 1) % 2; ++east) {
@@ -245,7 +245,7 @@ void VariableResolution::smooth(const Window& outer, std::span<const double> ste
 }
 
 void VariableResolution::read(What what, const Window& window, std::span<double> values) const {
-  // In strips, so that little more than the values themselves is in memory.
+  // In strips of rows, so that the working memory is small compared with the values.
   constexpr int strip_rows = 512;
   const int margin = max_steps_ / 2 + 1;
   const auto across = static_cast<std::size_t>(window.columns);

@@ -10,20 +10,21 @@
 namespace ensonify::engine {
 
 /// The heights of a BAG of variable resolution (Open Navigation Surface, Format Specification
-/// Document 1.6): a coarse grid, and for each of its cells a finer grid, called a
-/// refinement. They are read here on one grid with the finest cells of all, with linear
-/// interpolation between the points of coarser refinements. HDF5 is not safe for threads: one at a
-/// time may use objects of this class, and GDAL on files of HDF5.
+/// Document 1.6). Such a file has a coarse grid, and for each cell of the coarse grid a finer grid,
+/// called a refinement. This class reads all heights on one grid with the cells of the finest
+/// refinement, with linear interpolation between the points of coarser refinements. HDF5 is not
+/// safe for threads, so only one thread at a time may use objects of this class, or GDAL on HDF5
+/// files.
 class VariableResolution {
  public:
-  /// Throws refine::MeshError for tables that cannot be read or contradict themselves. `coarse_m`
-  /// is the size of the coarse grid's cells, to the east and to the north.
+  /// `coarse_east_m` and `coarse_north_m` are the sizes of the coarse grid's cells. Throws
+  /// refine::MeshError for tables that cannot be read or contradict each other.
   VariableResolution(const std::filesystem::path& file, double coarse_east_m,
                      double coarse_north_m);
   ~VariableResolution();
 
   double cell_m() const { return finest_m_; }  ///< of the finest refinement
-  double columns() const;                      ///< of its cells, in all of the coarse grid
+  double columns() const;                      ///< of finest cells over the whole coarse grid
   double rows() const;
 
   /// A part of the grid; columns count from the west, rows from the south.
@@ -32,16 +33,16 @@ class VariableResolution {
   };
   enum class What { height, uncertainty };
 
-  /// Row by row from the south; NaN where there is none. Throws refine::MeshError.
+  /// Fills `values` by row from the south; NaN where there is none. Throws refine::MeshError.
   void read(What what, const Window& window, std::span<double> values) const;
 
  private:
   struct File;
   struct Refinement {
-    std::uint32_t first, across, up;  // its first point in the file's list, and how many
+    std::uint32_t first, across, up;  // its first point in the file's list; columns and rows
     float cell_east_m, cell_north_m;
-    float west_m, south_m;  // of its south-western point from the coarse cell's corner
-    int steps;              // number of finest cells along one of its cells
+    float west_m, south_m;  // from the coarse cell's corner to its south-western point
+    int steps;              // number of finest cells along a cell of the refinement
   };
   [[noreturn]] void fail() const;
   int coarse_column(int column) const;

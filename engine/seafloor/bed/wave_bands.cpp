@@ -13,11 +13,11 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int taps = 12;  // of the interpolation from one lattice to the next
+constexpr int taps = 12;  // points of the interpolation from one lattice to the next
 constexpr int taps_before = taps / 2 - 1;
 
-// The share of a band falls, and that of the next coarser band rises, between 16 and 48 of its
-// points per wave. 16 points are 4 points of the coarser lattice, which can be interpolated well.
+// Between 16 and 48 points per wave of a band, its share falls and the share of the next coarser
+// band rises. 16 points are 4 points of the coarser lattice, enough to interpolate.
 constexpr double shortest_handed_over = 16.0, longest_kept = 48.0;
 
 double handed_over(double points_per_wave) {
@@ -25,7 +25,7 @@ double handed_over(double points_per_wave) {
                      std::log(longest_kept / shortest_handed_over));
 }
 
-/// Modified Bessel function of order 0, by its series.
+/// The modified Bessel function I0, by its series.
 double bessel_i0(double x) {
   double term = 1.0, sum = 1.0;
   for (int k = 1; k < 40; ++k) {
@@ -35,9 +35,9 @@ double bessel_i0(double x) {
   return sum;
 }
 
-/// Weights of the points around a place that lies `phase` quarters behind a point of the coarser
-/// lattice: a sinc in Kaiser's window. It keeps waves of 4 points and more, and suppresses their
-/// images at 4/3 points.
+/// The weights of the points around a place that lies `phase` quarters of a step behind a point of
+/// the coarser lattice: a sinc in Kaiser's window. They keep waves of at least 4 points, and
+/// suppress the images of these waves at 4/3 points.
 std::array<double, taps> interpolation(int phase) {
   constexpr double beta = 8.0;
   std::array<double, taps> weights{};
@@ -54,12 +54,12 @@ std::array<double, taps> interpolation(int phase) {
   return weights;
 }
 
-/// The coarser point at a place or before it.
+/// The last coarser point that is not behind a place.
 std::int64_t coarser_point(std::int64_t place) {
   return (place - (place % band_ratio + band_ratio) % band_ratio) / band_ratio;
 }
 
-/// Where the interpolation to a place begins among coarser points from `first` on, and its phase.
+/// The first point, counted from `first`, for the interpolation to a place; and the phase.
 std::pair<std::size_t, std::size_t> place_of(std::int64_t place, std::int64_t first) {
   const std::int64_t before = coarser_point(place);
   return {static_cast<std::size_t>(before - taps_before - first),

@@ -21,7 +21,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// The sides of a polygon that decide which places of a strip, low_m <= y <= high_m, are inside it.
+/// The sides of a polygon that cross a strip low_m <= y <= high_m. They decide which places of the
+/// strip are inside the polygon.
 class SidesInStrip {
  public:
   SidesInStrip(const Polygon& polygon, double low_m, double high_m) {
@@ -31,7 +32,7 @@ class SidesInStrip {
     }
   }
   bool empty() const { return sides_.empty(); }
-  /// Adds the places at which the sides cross this y.
+  /// Appends the x at which the sides cross this y.
   void add_crossings(double y_m, std::vector<double>& x_m) const {
     for (const auto& [a, b] : sides_)
       if ((a.y() > y_m) != (b.y() > y_m))
@@ -68,18 +69,17 @@ bool touch(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector
          (cda == 0.0 && within(c, d, a)) || (cdb == 0.0 && within(c, d, b));
 }
 
-/// Outlines as a strip sees them, so that a row of a grid looks at few of a file's polygons.
+/// The parts of outlines that cross a strip, so a row of a grid tests few polygons of a file.
 class OutlinesInStrip {
  public:
   OutlinesInStrip(const std::vector<PolygonWithHoles>& outlines, double low_m, double high_m) {
     for (const PolygonWithHoles& outline : outlines) {
       SidesInStrip border(outline.border, low_m, high_m);
       if (border.empty()) continue;
-      Outline& here = outlines_.emplace_back(std::move(border));
-      for (const Polygon& hole : outline.holes) {
-        SidesInStrip sides(hole, low_m, high_m);
-        if (!sides.empty()) here.holes.push_back(std::move(sides));
-      }
+      outlines_.push_back({std::move(border), {}});
+      for (const Polygon& hole : outline.holes)
+        if (SidesInStrip sides(hole, low_m, high_m); !sides.empty())
+          outlines_.back().holes.push_back(std::move(sides));
     }
   }
   bool hold(const Vector2d& p) const {
@@ -98,14 +98,13 @@ class OutlinesInStrip {
 
  private:
   struct Outline {
-    explicit Outline(SidesInStrip its_border) : border(std::move(its_border)) {}
     SidesInStrip border;
     std::vector<SidesInStrip> holes;
   };
   std::vector<Outline> outlines_;
 };
 
-/// The polygons and the disc of an area as a strip sees them.
+/// The polygons and the disc of an area, for places in a strip.
 class PlacesInStrip {
  public:
   PlacesInStrip(const Area& area, const std::vector<PolygonWithHoles>& outlines, double low_m,
@@ -120,7 +119,7 @@ class PlacesInStrip {
            (!any_outlines_ || outlines_.hold(p)) &&
            (area_.radius_m == 0.0 || (p - middle_).norm() <= area_.radius_m);
   }
-  /// Places from which on, to the east at this y, points may be inside that are not to the west.
+  /// Every x at which, on the line with this y from west to east, the inside may begin.
   std::vector<double> begins(double y_m) const {
     std::vector<double> x_m{-std::numeric_limits<double>::infinity()};
     polygon_.add_crossings(y_m, x_m);
@@ -139,7 +138,7 @@ class PlacesInStrip {
   OutlinesInStrip outlines_;
 };
 
-/// Whether a point of the grid, in this box, is within the polygons and the disc of an area.
+/// Whether a point of the grid that is in the box is within the polygons and the disc of an area.
 bool hold_a_point(const Area& area, const std::vector<PolygonWithHoles>& outlines,
                   const Heightfield& grid, const Eigen::AlignedBox2d& box) {
   for (int row = 0; row < grid.rows; ++row) {
@@ -149,7 +148,7 @@ bool hold_a_point(const Area& area, const std::vector<PolygonWithHoles>& outline
     for (const double from_m : places.begins(y_m)) {
       const double first = std::ceil((from_m - grid.x_m(0)) / grid.cell_east_m);
       if (first > grid.columns) continue;
-      // Rounding may put the first point to either side.
+      // Three points, because rounding may move the border to either side of a point.
       const int column = static_cast<int>(std::max(first, 1.0)) - 1;
       for (int i = column; i < std::min(column + 3, grid.columns); ++i)
         if (places.hold({grid.x_m(i), y_m})) return true;
@@ -158,7 +157,7 @@ bool hold_a_point(const Area& area, const std::vector<PolygonWithHoles>& outline
   return false;
 }
 
-/// A sum of values that are not NaN, and their number.
+/// The sum and the number of the values that are not NaN.
 struct KnownSum {
   double sum = 0.0, count = 0.0;
   void add(double value, double times) {
@@ -166,20 +165,20 @@ struct KnownSum {
     sum += known ? times * value : 0.0;
     count += known ? times : 0.0;
   }
-  /// The mean, rounded to a multiple of 2^-30 so that running sums are exact and a mask is exactly
-  /// 0 outside; `otherwise` without values.
+  /// The mean, or `otherwise` without values. The mean is rounded to a multiple of 2^-30, so
+  /// running sums are exact, and a mask is exactly 0 outside.
   double mean_or(double otherwise) const {
-    // To this magnitude a sum is rounded to the step.
+    // Numbers of this magnitude are multiples of 2^-30.
     constexpr double rounding = 1.5 * 0x1p22;
     return count > 0.5 ? (sum / count + rounding) - rounding : otherwise;
   }
 };
 
-/// Sliding means over the 2 half + 1 rows about each; NaN does not count.
+/// Replaces each value by the mean over the 2 half + 1 rows around it. NaN does not count.
 void mean_across_rows(std::vector<double>& values, std::size_t rows, std::size_t columns,
                       std::size_t half) {
   const std::size_t kept_rows = std::min(half, rows) + 1;
-  std::vector<double> kept(kept_rows * columns);  // the last rows, as they were before
+  std::vector<double> kept(kept_rows * columns);  // copies of the last rows before their change
   std::vector<KnownSum> sums(columns);
   const auto add = [&](const double* from, double times) {
     for (std::size_t i = 0; i < columns; ++i) sums[i].add(from[i], times);
@@ -195,7 +194,7 @@ void mean_across_rows(std::vector<double>& values, std::size_t rows, std::size_t
   }
 }
 
-/// Sliding means over the 2 half + 1 columns about each; NaN does not count.
+/// Replaces each value by the mean over the 2 half + 1 columns around it. NaN does not count.
 void mean_across_columns(std::vector<double>& values, std::size_t rows, std::size_t columns,
                          std::size_t half) {
   std::vector<double> from(columns);
@@ -212,12 +211,12 @@ void mean_across_columns(std::vector<double>& values, std::size_t rows, std::siz
   }
 }
 
-/// Three sliding means in each direction: nearly a Gaussian that is `width_m` wide from end to end.
+/// Three sliding means in each direction, nearly a Gaussian that is `width_m` wide from end to end.
 std::vector<double> blurred(std::vector<double> values, const Heightfield& grid, double width_m) {
   const auto columns = static_cast<std::size_t>(grid.columns);
   const auto rows = static_cast<std::size_t>(grid.rows);
   for (std::size_t pass = 0; pass < 3; ++pass) {
-    const auto half = [&](double cell_m) {  // of three means, together half the width
+    const auto half = [&](double cell_m) {  // the three halves add up to half the width
       const auto all = static_cast<std::size_t>(std::min(3e6, std::round(0.5 * width_m / cell_m)));
       return (all + pass) / 3;
     };
@@ -229,7 +228,7 @@ std::vector<double> blurred(std::vector<double> values, const Heightfield& grid,
   return values;
 }
 
-/// The value above which a normal variable of variance 1 lies with this probability.
+/// The value that a normal variable of variance 1 exceeds with this probability.
 double normal_exceeded_by(double probability) {
   double low = -8.0, high = 8.0;
   for (int i = 0; i < 60; ++i) {
@@ -239,11 +238,11 @@ double normal_exceeded_by(double probability) {
   return low;
 }
 
-constexpr double fine_rms = 0.15;  // of ragged_field(), over that of its smooth part
+constexpr double fine_rms = 0.15;  // rms of the fine part of ragged_field(); the smooth part has 1
 constexpr double finest_wave_m = 0.5;
 
-/// A smooth field whose contours are ragged at all scales: with waves a sixteenth as long as its
-/// shortest. Its variance is 1 + fine_rms^2.
+/// A smooth field plus a fine field whose waves are down to a sixteenth of shortest_m long, so
+/// contours are ragged at all scales. The variance is 1 + fine_rms^2.
 std::vector<double> ragged_field(const Heightfield& grid, const LayerDraws& draws,
                                  std::uint64_t number, double shortest_m, double longest_m) {
   const int threads = draws.control.threads;
@@ -264,7 +263,7 @@ std::string fault_outside(const Heightfield& grid) {
       grid.x_m(0), grid.x_m(grid.columns - 1), grid.y_m(0), grid.y_m(grid.rows - 1));
 }
 
-/// A mask under construction: each limit strikes points out.
+/// Makes the mask of an area: begins with all points, and each limit sets points to 0.
 class MaskMaker {
  public:
   MaskMaker(const Area& area, const AreaGround& ground, const LayerDraws& draws)
@@ -306,7 +305,7 @@ class MaskMaker {
     std::vector<Vector2d> points(static_cast<std::size_t>(grid_.columns));  // of a row
     for (int row = 0; row < grid_.rows; ++row) {
       draws_.control.check_stop();
-      double low_m = grid_.y_m(row), high_m = low_m;  // that the places span
+      double low_m = grid_.y_m(row), high_m = low_m;  // the y that the points span
       for (int column = 0; column < grid_.columns; ++column) {
         const std::size_t point = grid_.index(column, row);
         Vector2d& p = points[static_cast<std::size_t>(column)];
@@ -353,7 +352,7 @@ class MaskMaker {
     std::string_view name, unit;
     double per_unit;
   };
-  /// Keeps the points whose value, value_at(column, row), is in a band.
+  /// Keeps the points whose value_at(column, row) is from `least` to `most`.
   void keep_between(const std::optional<double>& least, const std::optional<double>& most,
                     const Quantity& quantity, const auto& value_at) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -377,7 +376,7 @@ class MaskMaker {
           quantity.name, lowest / quantity.per_unit, highest / quantity.per_unit, quantity.unit));
   }
 
-  // The highest of a field: its contours are the patches' borders.
+  // Keeps the points where a random field is highest. Its contours are the borders of the patches.
   void keep_share() {
     const std::vector<double> heights = ragged_field(grid_, draws_, layer_stream::patches,
                                                      0.25 * area_.patch_m, 4.0 * area_.patch_m);
@@ -444,14 +443,14 @@ std::string fault_of_place(const Area& area, const Heightfield& grid) {
     const Vector2d radius = Vector2d::Constant(area.radius_m);
     keep_within(Box(middle - radius, middle + radius));
   }
-  // A ragged border may take in points beside the polygons.
+  // A ragged border may enclose points outside the polygons.
   const bool may_hold =
       !place.isEmpty() && (area.ragged_m > 0.0 || hold_a_point(area, outlines, grid, place));
   return may_hold ? std::string() : fault_outside(grid);
 }
 
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {
-  // A hole is no border of the area: like a slope, a mean leaves it out.
+  // A hole is not a border of the area, so the means leave holes out.
   bool any_inside = false, any_outside = false;
   for (std::size_t i = 0; i < mask.size(); ++i)
     if (!std::isnan(grid.z_m[i])) (mask[i] > 0.0 ? any_inside : any_outside) = true;

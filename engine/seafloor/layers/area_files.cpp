@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
-#include <string>
 
 #include <Eigen/Geometry>
 #include <cpl_conv.h>
@@ -25,11 +24,11 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double max_pixels = 268435456.0;  // 2^28
-constexpr std::size_t max_points = 100000;  // of all outlines
+constexpr std::size_t max_points = 100000;  // in all outlines together
 constexpr std::uintmax_t most_outline_bytes = 1 << 26;
 
-/// Settings of this thread's GDAL while a file is read: no messages, and of the files beside it
-/// only those that were checked.
+/// Settings of GDAL in this thread while a file is read: GDAL prints no messages, and of the files
+/// beside this file it reads only those that were checked.
 class Quiet {
  public:
   explicit Quiet(const std::filesystem::path& file)
@@ -50,8 +49,9 @@ std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned ki
   return dataset;
 }
 
-/// Refuses a map in metres whose coordinates have other places on Earth than those of the grid.
-/// GDAL also reports degrees if a GeoJSON file states nothing.
+/// Refuses a map in metres whose reference system puts the same coordinates at another place on
+/// Earth than the grid's system. Accepts degrees, because GDAL reports degrees if a GeoJSON file
+/// states no reference system.
 void require_reference(const std::filesystem::path& file, const OGRSpatialReference* its,
                        const Heightfield& grid, const char* tool) {
   if (!its || its->IsGeographic() || grid.reference.empty()) return;
@@ -62,7 +62,7 @@ void require_reference(const std::filesystem::path& file, const OGRSpatialRefere
   try {
     const Eigen::Vector2d middle = grid.world_origin.head<2>();
     if (tangent_place(here(middle).where, there(middle).where).place.norm() < same_m) return;
-  } catch (const std::invalid_argument&) {  // off the map of one of them
+  } catch (const std::invalid_argument&) {  // outside the range of one of the maps
   }
   refuse_file(file,
               fmt::format("has another coordinate reference system ('{}') than the survey; put it "
@@ -70,7 +70,6 @@ void require_reference(const std::filesystem::path& file, const OGRSpatialRefere
                           its->GetName() ? its->GetName() : "", tool));
 }
 
-/// Places an image without coordinates.
 void stretch_over(const Heightfield& grid, AreaImage& image) {
   image.west_m = grid.x_m(0);
   image.north_m = grid.y_m(grid.rows - 1);
@@ -117,7 +116,7 @@ void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& 
 }  // namespace
 
 bool AreaImage::holds(const Eigen::Vector2d& place_m) const {
-  // Ragged borders look beyond the image's edge too, where the nearest pixel goes on.
+  // A ragged border may need places outside the image: they have the value of the nearest pixel.
   const double column = std::floor((place_m.x() - west_m) / pixel_east_m - 1e-9);
   const double row = std::floor((north_m - place_m.y()) / pixel_north_m - 1e-9);
   const auto c = static_cast<std::size_t>(std::clamp(column, 0.0, columns - 1.0));
@@ -193,7 +192,7 @@ std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
     if (!std::ranges::all_of(polygon,
                              [](const Eigen::Vector2d& point) { return point.allFinite(); }))
       refuse_file(file, "has a point whose coordinates are not finite numbers");
-    // The last point should be the first again, but not all programs write it.
+    // The last point should repeat the first, but some programs omit it.
     if (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
     if (polygon.size() < 3) refuse_file(file, "has a polygon of less than three points");
     return polygon;

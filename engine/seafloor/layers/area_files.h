@@ -10,7 +10,7 @@
 
 namespace ensonify::engine {
 
-/// Which pixels of a raster count, laid over a grid.
+/// A raster over a grid, with the pixels that are inside an area.
 struct AreaImage {
   int columns = 0;
   int rows = 0;          ///< the northern row first
@@ -18,31 +18,30 @@ struct AreaImage {
   double north_m = 0.0;  ///< local metres
   double pixel_east_m = 1.0;
   double pixel_north_m = 1.0;
-  std::vector<std::uint8_t> counts;  ///< 1 where a pixel has the value
+  std::vector<std::uint8_t> counts;  ///< 1 if the pixel is inside the area
 
-  /// Whether the pixel at a place counts, or outside the image the nearest one.
+  /// Whether the pixel at a place, or outside the image the nearest pixel, is inside the area.
   bool holds(const Eigen::Vector2d& place) const;
 };
 
-/// Which of these pixels have the value, stretched over the grid.
+/// The raster stretched over the grid. Pixels with the value are inside the area.
 AreaImage image_over(const Heightfield& grid, const AreaPixels& pixels, int value);
 
-/// Reads an image of integers (PNG, indexed or grey; GeoTIFF). An image with coordinates lies at
-/// these in the grid's world, and must cover the grid; one without is stretched over the grid, and
-/// must have its proportions within 2 per cent. Throws refine::MeshError for an image that cannot
-/// be read, does not fit, is in another coordinate reference system than the grid, or does not have
-/// the value.
+/// Reads an image of integers (PNG, indexed or grey; GeoTIFF). Pixels with the value are inside the
+/// area. An image with coordinates lies at them in the grid's world, and must cover the grid. An
+/// image without coordinates is stretched over the grid, and its proportions must differ from the
+/// grid's by at most 2 per cent. Throws refine::MeshError for an image that cannot be read, does
+/// not fit, is in another coordinate reference system than the grid, or does not have the value.
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value);
 
-/// A polygon with holes.
 struct PolygonWithHoles {
   Polygon border;
   std::vector<Polygon> holes;
 };
 
-/// Reads all polygons of a GeoJSON file, also those in collections, and moves them from the grid's
-/// world to local metres. Throws refine::MeshError for a file that cannot be read, is in another
-/// coordinate reference system than the grid, or holds no polygon.
+/// Reads all polygons of a GeoJSON file, including polygons in collections, and converts them from
+/// the grid's world to local metres. Throws refine::MeshError for a file that cannot be read, is in
+/// another coordinate reference system than the grid, or holds no polygon.
 std::vector<PolygonWithHoles> read_outlines(const std::filesystem::path& file,
                                             const Heightfield& grid);
 

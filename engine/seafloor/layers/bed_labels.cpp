@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What the map has of one feature.
+/// The box around the points of one feature, and how many of the points have each kind.
 struct Extent {
   Eigen::AlignedBox3d box;
   struct KindPoints {
@@ -31,13 +31,13 @@ struct Extent {
     else
       ++found->points;
   }
-  /// The kind of most of its points.
+  /// The kind that most points have.
   std::uint16_t kind() const { return std::ranges::max(kinds, {}, &KindPoints::points).kind; }
 };
 
 std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
   std::vector<Extent> extents(map.feature_layer.size());
-  // A face has its feature from two of its three points: labels reach half a cell beyond a point.
+  // A face belongs to a feature if two of its points do: labels reach half a cell beyond a point.
   const Vector3d half_cell(0.5 * field.cell_east_m, 0.5 * field.cell_north_m, 0.0);
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
@@ -53,7 +53,8 @@ std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
   return extents;
 }
 
-/// The instance number of each of the map's features, 0 for those without one; fills the records.
+/// The instance number of each feature of the map, 0 for features without a number. Adds the
+/// records of the features to the seafloor.
 std::vector<std::uint16_t> number_features(const Heightfield& field, const SeabedMap& map,
                                            std::size_t objects, Seafloor& seafloor) {
   std::vector<std::uint16_t> numbers(map.feature_layer.size(), 0);
@@ -134,7 +135,8 @@ void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const S
   };
   seafloor.face_label.reserve(grid.faces());
   const auto points = static_cast<std::size_t>(field.columns);
-  std::vector<std::uint16_t> south(points), north(points);  // labels about a row of cells
+  std::vector<std::uint16_t> south(points),
+      north(points);  // labels of the points south and north of a row of cells
   std::vector<std::uint8_t> used;
   for (int row = 0; row < field.rows; ++row) {
     std::swap(south, north);

@@ -5,14 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <span>
 #include <stdexcept>
-#include <vector>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/made_once.h>
-#include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 #include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
@@ -36,14 +33,15 @@ bool is_left_out(std::span<const double> weight, std::size_t point) {
   return !weight.empty() && weight[point] == 0.0;
 }
 
-/// Pairs of places where a crest ends or forks. The phase turns once about each, in opposite
-/// directions, so there is one crest more or less between the two.
+/// Pairs of places where a crest ends or forks. Around each place the phase changes by a whole
+/// turn, at the two places of a pair in opposite directions, so there is one crest more or less
+/// between the two places.
 class Forks {
  public:
   Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
       : grid_(grid), core_m_(0.35 * relief.wavelength_m) {
-    turns_.assign(static_cast<std::size_t>(grid.points()), 0.0);
-    height_.assign(turns_.size(), 1.0);
+    turns.assign(static_cast<std::size_t>(grid.points()), 0.0);
+    height.assign(turns.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
     const double longest_m = 7.0 * relief.wavelength_m;
     for_each_scattered(grid, per_m2, reach_in_lengths * longest_m, draws, layer_stream::forks,
@@ -55,31 +53,29 @@ class Forks {
                              u[4] < 0.5 ? -1.0 : 1.0);
                        });
   }
-  double turns(std::size_t point) const { return turns_[point]; }
-  double height(std::size_t point) const { return height_[point]; }
+  std::vector<double> turns, height;  // at the points: added to the phase, and a factor on heights
 
  private:
   void add(double x, double y, double east, double north, double length_m, double sign) {
     const double reach_m = reach_in_lengths * length_m;
     for_each_point_near(grid_, x, y, reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = grid_.index(column, row);
-      // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
+      // Vectors from the two places to the point; the pair adds their angle to the phase.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
       const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
       const double away_2 = (dx * dx + dy * dy) / (reach_m * reach_m);
       if (away_2 >= 1.0) return;
-      double window = 1.0;  // as far as half the reach, and then it falls
+      double window = 1.0;  // 1 within half the reach, then it falls to 0
       if (away_2 > 0.25) {
         const double rest = 2.0 * (1.0 - std::sqrt(away_2));
         window = rest * rest * (3.0 - 2.0 * rest);
       }
-      turns_[point] +=
-          sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
-      // At the two points the phase is undefined. The height goes smoothly to zero there, over the
-      // width of a crest.
+      turns[point] += sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
+      // At the two places the phase is undefined, so the height falls smoothly to zero there, over
+      // the width of a crest.
       for (const double r2 : {ax * ax + ay * ay, bx * bx + by * by})
         if (r2 < 16.0 * core_m_ * core_m_)
-          height_[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));
+          height[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));
     });
   }
 
@@ -87,11 +83,10 @@ class Forks {
 
   const Heightfield& grid_;
   double core_m_;
-  std::vector<double> turns_, height_;
 };
 
-/// Random irregularities, each about two wavelengths of the bedforms long. Each point of a lattice
-/// gets a normal random number of variance 1. Between the points, values are interpolated.
+/// Random irregularities, each about two wavelengths of the bedforms long: normal random numbers of
+/// variance 1 at the points of a lattice, interpolated between the points.
 std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const LayerDraws& draws,
                            std::uint64_t what) {
   return interpolated(
@@ -108,8 +103,8 @@ std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const L
       });
 }
 
-/// A positive number, held below a limit, or near 0 if the limit is negative. Smooth in both, so
-/// that the bed has no crease where the limit begins.
+/// A positive number, made less than a limit, or near 0 if the limit is negative. The result is
+/// smooth in both arguments, so the bed has no edge where the limit takes effect.
 double less_than(double number, double limit) {
   constexpr double rounding = 0.05;
   const double some = 0.5 * (limit + std::sqrt(limit * limit + rounding * rounding));
@@ -119,7 +114,7 @@ double less_than(double number, double limit) {
 
 void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
                  std::span<const double> weight) {
-  // With a point more on each side, for slopes.
+  // One more point on each side, for slopes.
   const Heightfield grid = field.window(-1, -1, field.columns + 2, field.rows + 2);
   const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 12.0 * relief.wavelength_m;
   const SmoothField bends(draws.of(layer_stream::bends), 0.6 * drift_m, 3.0 * drift_m);
@@ -129,7 +124,8 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
       ragged(grid, relief.wavelength_m, draws, layer_stream::near_heights);
   const Forks forks(grid, relief, draws);
   const double ragged_ln = 4.0 * relief.raggedness;
-  // A phase of rms slope k0 * bend turns the crests by bend, and changes their spacing by as much.
+  // If the phase has an rms slope of k0 * bend, crests turn by bend, and their spacing changes by
+  // the same share. k0 is the wavenumber.
   const double bend_turns = relief.bend_rad / (relief.wavelength_m * bends.slope_per_m());
   const double east = std::sin(relief.across_crests_rad),
                north = std::cos(relief.across_crests_rad);
@@ -142,15 +138,16 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
         const std::size_t point = grid.index(column, row);
         turns[point] = (grid.x_m(column) * east + grid.y_m(row) * north) / relief.wavelength_m +
                        bend_turns * turns[point] + relief.raggedness * shift[point] +
-                       forks.turns(point);
+                       forks.turns[point];
       }
   }
-  // Mean of sin^p over half a turn.
+  // `mean` is the mean of the profile, from the mean of sin^p over half a turn.
   const double p = 2.0 - relief.sharpness;
   const double mean =
       1.0 - 2.0 * std::tgamma(0.5 * (p + 1.0)) / (std::sqrt(pi) * std::tgamma(0.5 * p + 1.0));
   const CrestProfile profile(relief.sharpness, relief.asymmetry);
-  // At the end of a fork the phase jumps by a whole turn, which does not change the height.
+  // The difference of phase without whole turns: at a fork the phase jumps by a whole turn, which
+  // does not change the height.
   const auto turns_between = [&](std::size_t from, std::size_t to) {
     const double apart = turns[to] - turns[from];
     return apart - static_cast<double>(static_cast<int>(apart + std::copysign(0.5, apart)));
@@ -166,8 +163,8 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
   };
   constexpr double angle_of_repose_rad = 33.0 * degree;  // of sand under water
   const double highest_over_spacing = 2.0 * std::tan(angle_of_repose_rad) / profile.steepest();
-  // At the border of their area crests die out one by one: their height falls as the weight to a
-  // power between 1/e and e, slowest where they are high. The caller multiplies by the weight.
+  // At the border of the area, crests end one by one: their height is the weight to a power between
+  // 1/e and e, and falls slowest where crests are high. The caller multiplies by the weight.
   const auto dying_out = [&](std::size_t point, double high) {
     const bool inside = weight.empty() || weight[point] == 1.0;
     return inside ? 1.0 : std::pow(weight[point], std::exp(-std::tanh(high)) - 1.0);
@@ -177,14 +174,15 @@ void add_to_band(Heightfield& field, const Bedforms& relief, const LayerDraws& d
       const std::size_t at = field.index(column, row);
       if (is_left_out(weight, at)) continue;
       const std::size_t point = grid.index(column + 1, row + 1);
-      const double ln_height = relief.height_spread * height[point] +
-                               ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
+      const double ln_height =
+          relief.height_spread * height[point] +
+          ragged_ln * (near_height[point] - ragged_ln);  // keeps the rms height
       const double higher_ln =
           ln_height > 0.0
               ? less_than(ln_height,
                           std::log(highest_over_spacing / (turns_per_m(point) * relief.height_m)))
               : ln_height;
-      field.z_m[at] += 0.5 * relief.height_m * std::exp(higher_ln) * forks.height(point) *
+      field.z_m[at] += 0.5 * relief.height_m * std::exp(higher_ln) * forks.height[point] *
                        dying_out(at, near_height[point]) * (profile.at(turns[point]) - mean);
     }
 }
@@ -201,7 +199,7 @@ CrestProfile::CrestProfile(double sharpness, double asymmetry)
 
 double CrestProfile::at(double turns) const {
   const double t = turns - std::floor(turns);
-  // From the crest: 0 there, 1 in the trough.
+  // 0 at the crest, 1 in the trough.
   const double off = t < rise_ ? 1.0 - t / rise_ : (t - rise_) / (1.0 - rise_);
   const double place = off * steps;
   const auto step = static_cast<std::size_t>(place);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -18,12 +17,11 @@ namespace {
 using std::numbers::pi;
 constexpr double largest_boulder_of_median = 5.0;
 constexpr double tail_diameters = 6.0;
-constexpr double farthest_top = 1.6;  // in halves of a diameter from a stone's middle, any is lower
-// Gaussians beyond this, of 5e-22, change no height.
+constexpr double farthest_top = 1.6;  // greatest distance of a top from its middle, in radii
+// A Gaussian exp(-x^2) with x beyond this is less than 5e-22 and changes no height.
 constexpr double faint = 7.0;
 
-/// The mean of (diameter / median)^2 over the stones: of a log-normal variable that ends at the
-/// largest.
+/// The mean of (diameter / median)^2 for a log-normal diameter with an upper limit.
 double mean_square_of_median(double spread) {
   if (spread == 0.0) return 1.0;
   const double largest = std::log(largest_boulder_of_median);
@@ -32,8 +30,8 @@ double mean_square_of_median(double spread) {
          largest_boulder_of_median * largest_boulder_of_median * below(-largest / spread);
 }
 
-/// A flat face along which a block has broken: its height over the bed, of the whole block's, at a
-/// place in halves of the block's axes.
+/// A flat face along which a block has broken: the height of the face divided by the height of the
+/// whole block. Places are in units of half the block's axes.
 struct BrokenFace {
   double at_middle, slope_along, slope_across;
 
@@ -42,46 +40,43 @@ struct BrokenFace {
   }
 };
 
-/// One stone: a block with a leaning top, more or less rounded, longer one way than the other, from
-/// which parts have broken off along flat faces.
+/// One stone: a block with a tilted top, more or less rounded, longer than wide, from which parts
+/// have broken off along flat faces.
 class Boulder {
  public:
   Boulder(const BoulderField& field, const auto& u, const LayerDraws& draws) {
-    diameter_m_ = random_diameter_m(field.diameter_m, field.diameter_spread,
-                                    largest_boulder_of_median, u[2], u[3]);
-    height_m_ = field.height_ratio * diameter_m_ * (0.3 + 1.4 * u[4]);  // some lie deep in the bed
+    diameter_m = random_diameter_m(field.diameter_m, field.diameter_spread,
+                                   largest_boulder_of_median, u[2], u[3]);
+    height_m = field.height_ratio * diameter_m * (0.3 + 1.4 * u[4]);  // some lie deep in the bed
     heading_ = 2.0 * pi * u[5];
     stretch_ = std::sqrt(1.0 + 0.7 * u[6]);
     corner_ = 2.0 * pi * u[7];
     corner_2_ = 2.0 * pi * u[8];
     lean_ = 0.6 * (u[9] - 0.5);
-    current_turn_rad_ = 0.8 * (lower_bits(u[5]) - 0.5);
-    moat_share_ = 2.0 * lower_bits(u[6]);
-    tail_share_ = 2.0 * lower_bits(u[7]);
+    current_turn_rad = 0.8 * (lower_bits(u[5]) - 0.5);
+    moat_share = 2.0 * lower_bits(u[6]);
+    tail_share = 2.0 * lower_bits(u[7]);
     squareness_ = 2.0 + 4.0 * lower_bits(u[9]);
-    // Their number exceeds feature_draws, so they have a stream that the stone's numbers choose.
+    // Broken faces need more numbers than feature_draws has, so they have a random stream that the
+    // stone's own numbers choose.
     break_off(draws.of(layer_stream::broken_faces, static_cast<std::int64_t>(u[6] * 0x1p31),
                        static_cast<std::int64_t>(u[7] * 0x1p31)));
   }
-  double diameter_m() const { return diameter_m_; }
-  double height_m() const { return height_m_; }
-  /// Random variation per stone: turn of the current (rad), and factors on the depth of the moat
-  /// and the height of the tail.
-  double current_turn_rad() const { return current_turn_rad_; }
-  double moat_share() const { return moat_share_; }
-  double tail_share() const { return tail_share_; }
-
-  /// Its top's height over the bed, 0 outside.
+  /// The height of the stone's top over the bed, 0 outside the stone.
   double top_m(double dx, double dy) const {
     const double along =
-        (dx * std::sin(heading_) + dy * std::cos(heading_)) / (0.5 * diameter_m_ * stretch_);
+        (dx * std::sin(heading_) + dy * std::cos(heading_)) / (0.5 * diameter_m * stretch_);
     const double across =
-        (dx * std::cos(heading_) - dy * std::sin(heading_)) / (0.5 * diameter_m_) * stretch_;
+        (dx * std::cos(heading_) - dy * std::sin(heading_)) / (0.5 * diameter_m) * stretch_;
     return top_m_ * top(along, across);
   }
 
+  double diameter_m, height_m;
+  // Random variation: turn of the current, and factors on depth of the moat and height of the tail.
+  double current_turn_rad, moat_share, tail_share;
+
  private:
-  /// The height of its top, of top_m_, at a place in halves of its axes.
+  /// The height of the top divided by top_m_, at a place in units of half the axes.
   double top(double along, double across) const {
     const double broken = lowest_broken_face(along, across), distance = std::hypot(along, across);
     if (broken <= 0.0 || distance >= 1.0 + outline_waves[0] + outline_waves[1]) return 0.0;
@@ -91,7 +86,8 @@ class Boulder {
     return std::min(broken, block(distance / outline, along));
   }
 
-  /// The same of the whole block, at a distance of its outline's.
+  /// The height of the block before parts broke off, divided by top_m_. `distance` is in units of
+  /// the outline's distance in this direction.
   double block(double distance, double along) const {
     return distance < 1.0 ? std::sqrt(1.0 - std::pow(distance, squareness_)) * (1.0 + lean_ * along)
                           : 0.0;
@@ -103,8 +99,8 @@ class Boulder {
     return lowest;
   }
 
-  /// Breaks parts off. What is left has the height that was drawn, nearly: it is looked for at few
-  /// places, and on a round block.
+  /// Breaks parts off. The rest has nearly the height that was drawn: its highest place is searched
+  /// at a few places only, and for a round outline.
   void break_off(const RandomStream& draws) {
     std::array<double, 3 * broken_faces> u;
     draws.uniform(u);
@@ -118,14 +114,14 @@ class Boulder {
       for (const double along : places)
         if (const double broken = lowest_broken_face(along, across); broken > highest)
           highest = std::max(highest, std::min(broken, block(std::hypot(along, across), along)));
-    top_m_ = height_m_ / highest;
+    top_m_ = height_m / highest;
   }
 
-  static constexpr std::array outline_waves = {0.10, 0.06};  // amplitudes, of the outline's radius
+  static constexpr std::array outline_waves = {
+      0.10, 0.06};  // amplitudes, as shares of the outline's radius
   static constexpr std::size_t broken_faces = 4;
   std::array<BrokenFace, broken_faces> broken_;
-  double diameter_m_, height_m_, top_m_, heading_, stretch_, corner_, corner_2_, lean_;
-  double current_turn_rad_, moat_share_, tail_share_;
+  double top_m_, heading_, stretch_, corner_, corner_2_, lean_;
   double squareness_;  // 2: half an ellipsoid; above, the top is flat and the sides are steep
 };
 
@@ -144,8 +140,8 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
   const SmoothField crowds(draws.of(layer_stream::boulder_density), 8.0 * boulders.diameter_m,
                            60.0 * boulders.diameter_m);
-  // Thinning: candidates are drawn at the highest density, and each is kept with the local density
-  // over the highest.
+  // Thinning: candidates are drawn at the highest density, and each is kept with a probability of
+  // the local density divided by the highest.
   const auto stays = [&](double x, double y, double random) {
     const double even = 0.5 * std::erfc(-crowds.at(x, y) / std::numbers::sqrt2);
     return random <= std::pow(even, boulders.clustering);
@@ -155,18 +151,18 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
     if (!allowed(x, y) || (boulders.clustering > 0.0 && !stays(x, y, lower_bits(u[8])))) return;
     ++number;
     const Boulder stone(boulders, u, draws);
-    const double half_m = 0.5 * stone.diameter_m();
-    const double current_rad = boulders.current_rad + stone.current_turn_rad();
+    const double half_m = 0.5 * stone.diameter_m;
+    const double current_rad = boulders.current_rad + stone.current_turn_rad;
     const double down_x = std::sin(current_rad), down_y = std::cos(current_rad);
-    const double moat_m = boulders.scour_ratio * stone.height_m() * stone.moat_share();
-    const double tail_m = boulders.tail_ratio * stone.height_m() * stone.tail_share();
-    const double its_reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
+    const double moat_m = boulders.scour_ratio * stone.height_m * stone.moat_share;
+    const double tail_m = boulders.tail_ratio * stone.height_m * stone.tail_share;
+    const double its_reach_m = stone.diameter_m * (sand_moved ? tail_diameters : 0.8);
     for_each_point_near(field, x, y, its_reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = field.index(column, row);
       const double down = (dx * down_x + dy * down_y) / half_m;
       const double across = (dx * down_y - dy * down_x) / half_m;
       const double r = std::hypot(down, across);
-      const double moat = (r - 1.15) / 0.45;  // a horseshoe, open to the lee
+      const double moat = (r - 1.15) / 0.45;  // a horseshoe that is open on the lee side
       if (moat < faint) {
         const double open = 0.5 - 0.5 * down / std::max(r, 1e-9);
         field.z_m[point] -= moat_m * open * std::exp(-moat * moat);

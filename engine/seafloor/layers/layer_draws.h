@@ -14,8 +14,8 @@ namespace ensonify::engine {
 
 class RoughnessInWindows;
 
-/// What the random numbers of a layer are for, the `what` of LayerDraws::of(). Kinds of relief have
-/// purposes of their own, so their numbers may be equal.
+/// What the random numbers of a layer are for: the `what` of LayerDraws::of(). Each kind of relief
+/// has a separate Purpose, so different kinds may use equal numbers.
 namespace layer_stream {
 enum OfRoughness : std::uint64_t { roughness = 1 };
 enum OfBedforms : std::uint64_t { bends = 1, crest_heights, forks, phase_shifts, near_heights };
@@ -24,13 +24,14 @@ enum OfPits : std::uint64_t { pits = 1 };
 enum OfBoulders : std::uint64_t { boulders = 1, boulder_density, broken_faces };
 enum OfOutcrops : std::uint64_t { rock = 1, strike, main_joints, cross_joints, blocks, fallen };
 enum OfArea : std::uint64_t { patches = 100, border_shift_east, border_shift_north };
-constexpr std::uint64_t finer = 10;  ///< is added to those of an area for their finer waves
+constexpr std::uint64_t finer =
+    10;  ///< added to a number of OfArea for the finer waves of the field
 enum OfBorder : std::uint64_t { mixed_border = 200 };
 }  // namespace layer_stream
 
-/// The random numbers of one layer of the seabed. They depend only on its number, what they are for
-/// and the lattice cell of a place: layers do not change each other, and the extent of the bed does
-/// not change a place.
+/// The random numbers of one layer of the seabed. They depend only on the seed, the layer's purpose
+/// and number, what they are for, and the lattice cell of a place. So layers do not change each
+/// other, and the extent of the bed changes nothing at a place.
 struct LayerDraws {
   std::uint64_t seed = 0;
   Purpose purpose = Purpose::test;
@@ -46,7 +47,7 @@ struct LayerDraws {
   }
 };
 
-/// A log-normal diameter up to largest_of_median times the median, from two uniform numbers.
+/// A log-normal diameter of at most largest_of_median times the median, from two uniform numbers.
 inline double random_diameter_m(double median_m, double spread, double largest_of_median, double u,
                                 double v) {
   const double normal = std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
@@ -59,23 +60,21 @@ inline double lower_bits(double random) { return 1024.0 * random - std::floor(10
 /// Number of random numbers of each scattered feature.
 inline constexpr std::size_t feature_draws = 10;
 
-/// Calls f(x_m, y_m, draws) for the points of a Poisson process of that density, in a fixed order,
-/// over a grid and `margin_m` beyond its border. draws are uniform in (0, 1]; they
-/// depend on the place of the point, not on the grid.
+/// Calls f(x_m, y_m, draws) for the points of a Poisson process with this density, in a fixed
+/// order, over a grid and `margin_m` beyond its border. The numbers `draws` are uniform in (0, 1]
+/// and depend on the place of the point, not on the grid.
 template <class F>
 void for_each_scattered(const Heightfield& grid, double per_m2, double margin_m,
                         const LayerDraws& draws, std::uint64_t what, F&& f) {
   if (!(per_m2 > 0.0)) return;
   const double side_m = 1.0 / std::sqrt(per_m2);  // one point per lattice cell on average
-  const auto first = [&](double edge_m) {
-    return static_cast<std::int64_t>(std::floor((edge_m - margin_m) / side_m));
+  const auto cell_at = [&](double place_m) {
+    return static_cast<std::int64_t>(std::floor(place_m / side_m));
   };
-  const auto last = [&](double edge_m) {
-    return static_cast<std::int64_t>(std::floor((edge_m + margin_m) / side_m));
-  };
-  for (std::int64_t row = first(grid.y_m(0)); row <= last(grid.y_m(grid.rows - 1)); ++row)
-    for (std::int64_t column = first(grid.x_m(0)); column <= last(grid.x_m(grid.columns - 1));
-         ++column) {
+  const std::int64_t east = cell_at(grid.x_m(grid.columns - 1) + margin_m),
+                     north = cell_at(grid.y_m(grid.rows - 1) + margin_m);
+  for (std::int64_t row = cell_at(grid.y_m(0) - margin_m); row <= north; ++row)
+    for (std::int64_t column = cell_at(grid.x_m(0) - margin_m); column <= east; ++column) {
       const RandomStream cell = draws.of(what, column, row);
       std::array<double, 1> count;
       cell.uniform(count);

@@ -13,23 +13,24 @@
 namespace ensonify::engine {
 namespace {
 
-// Joints lie about as far from one another as their bed is thick, or a few times as far (Bai and
-// Pollard, J. Struct. Geol. 22, 43, 2000); the wider ones are those that a sonar sees.
+// Distance between joints in thicknesses of their bed. It is about 1 or a few (Bai and Pollard,
+// J. Struct. Geol. 22, 43, 2000). A sonar shows the larger distances.
 constexpr double joints_per_bed = 4.0;
-constexpr double leaning =
-    0.12;  // of a block's top along the dip: the greatest slope is half of it
+// Twice the greatest slope of a block's top, along the dip and along the strike.
+constexpr double leaning = 0.12;
 constexpr double leaning_along_strike = 0.03;
-constexpr double farthest_in_beds = 1.5;  // of a block's top from the eroded surface
-constexpr double fallen_per_m2 = 1.0;     // where a ledge is near
-// Limits their number where joints are more than 11 m apart.
+// Greatest height of a block's top over or under the eroded surface, in thicknesses of a bed.
+constexpr double farthest_in_beds = 1.5;
+constexpr double fallen_per_m2 = 1.0;  // near a ledge
+// Takes effect where joints are more than 11 m apart.
 constexpr double max_fallen_per_block = 128.0;
 constexpr double longest_fallen_in_joints = 0.45;
-constexpr double closed_share = 0.8;  // of the second set's joints
-constexpr double crooked = 6.0;       // how far joints leave the straight, over the roughness there
+constexpr double closed_share = 0.8;  // share of closed joints in the second set
+constexpr double crooked = 6.0;       // distance of joints from a straight line / roughness there
 
-/// The blocks of a bed between two sets of joints. The joints of the first set run through, about
-/// across the dip, so that ledges do; those of the second end at them, and most are closed. It
-/// keeps the last block, in which the next place often is.
+/// The blocks of a bed between two sets of joints. The joints of the first set are unbroken and run
+/// about across the dip, as ledges do. The joints of the second set end at the first set, and most
+/// of them are closed. The class keeps the last block, because the next place is often in it.
 class Joints {
  public:
   Joints(double spacing_m, double dip_heading_rad, const LayerDraws& draws)
@@ -45,7 +46,7 @@ class Joints {
     double middle_x, middle_y;
     double across_m, along_m;     // from the middle to the place, across and along the strike
     double edge_m;                // from the place to the nearest joint
-    std::array<double, 4> draws;  // uniform; the block's own
+    std::array<double, 4> draws;  // uniform random numbers of this block
   };
   Block at(double x, double y) {
     const double u = x * cosine_ + y * sine_, v = y * cosine_ - x * sine_;
@@ -71,7 +72,7 @@ class Joints {
     double low = 0.0, high = 0.0;
     bool contains(double place) const { return low <= place && place < high; }
   };
-  /// Between which open joints of a set a place lies: one joint is in each interval of spacing_m.
+  /// The gap between two open joints in which a place lies. Each interval of spacing_m has a joint.
   Gap gap(double place, std::uint64_t set, std::int64_t strip, double closed) const {
     struct Joint {
       double at;
@@ -95,8 +96,8 @@ class Joints {
   Block block_{};
 };
 
-/// A fallen block: a box with a leaning top that lacks two opposite corners. Sizes follow a power
-/// law, as broken rock's do.
+/// A fallen block: a box with a tilted top and without two opposite corners. Sizes follow a power
+/// law, like the sizes of broken rock.
 class FallenBlock {
  public:
   FallenBlock(double joint_m, std::span<const double> u) {
@@ -111,7 +112,7 @@ class FallenBlock {
     corner_ = u[6] < 0.5 ? -1.0 : 1.0;
   }
   double reach_m() const { return 0.5 * std::hypot(length_m_, width_m_); }
-  /// Its top's height over its foot; 0 outside.
+  /// The height of the block's top over its foot; 0 outside the block.
   double top_m(double dx, double dy) const {
     const double along = 2.0 * (dx * east_ + dy * north_) / length_m_;
     const double across = 2.0 * (dx * north_ - dy * east_) / width_m_;
@@ -124,14 +125,13 @@ class FallenBlock {
   double length_m_, width_m_, height_m_, east_, north_, lean_along_, lean_across_, corner_;
 };
 
-/// The length over which the roughness has half the rock's height, rms: longer waves would be hills
-/// of their own.
+/// The length at which the rms roughness is half the rock's height: longer waves would be hills.
 double longest_roughness_m(const OutcropRelief& relief) {
   return std::pow(0.5 * relief.height_m / relief.roughness_at_1m_m, 1.0 / relief.hurst);
 }
 
-/// Lays fallen blocks where higher rock is near. `rock` is the rock's height over the sediment; a
-/// block lies on whichever is higher.
+/// Lays fallen blocks where higher rock is near. `rock` is the rock's height over the sediment. A
+/// block lies on the higher of rock and sediment.
 void add_fallen_blocks(const Heightfield& field, const OutcropRelief& relief,
                        const LayerDraws& draws, std::vector<double>& rock) {
   const std::vector<double> before = rock;
@@ -148,7 +148,8 @@ void add_fallen_blocks(const Heightfield& field, const OutcropRelief& relief,
   for_each_scattered(field, per_m2, longest_fallen_in_joints * joint_m, draws, layer_stream::fallen,
                      [&](double x, double y, const auto& u) {
                        const double foot = standing(x, y);
-                       // Uphill, at a random distance: more blocks lie near the ledge.
+                       // A block falls if rock at a random distance is higher, so more blocks lie
+                       // near the ledge.
                        const double away_m = u[8] * near_m, from = 2.0 * std::numbers::pi * u[9];
                        bool fell = false;
                        for (int i = 0; i < 8; ++i) {
@@ -181,7 +182,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                  .hurst = relief.hurst,
                  .longest_m = longest_roughness_m(relief)},
                 draws.of(layer_stream::rock), draws.control);
-  // The rock is level below the sediment where its area ends.
+  // Below the sediment, the roughness decreases to 0 at the border of the area.
   for (std::size_t point = 0; point < rough.z_m.size(); ++point)
     rough.z_m[point] *= std::min(1.0, 2.0 * weight[point]);
   const double sinks = std::tan(relief.dip_rad);
@@ -206,9 +207,9 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
       const std::size_t point = field.index(column, row);
       rock[point] = eroded(point);
       if (relief.ledge_m == 0.0) continue;
-      // Beds are counted across their dip, and each block ends with one of them: the last below the
-      // eroded surface at its middle, or its neighbour. Its top leans a little. Where
-      // the top of a long block is far from that surface, it follows the surface.
+      // Beds are numbered across their dip. The top of each block is the top of one bed: of the
+      // last bed below the eroded surface at the block's middle, or of a neighbour of this bed. The
+      // block's top is tilted a little, and is at most off_m from the eroded surface.
       const double x = field.x_m(column), y = field.y_m(row);
       const Joints::Block block = joints.at(x + crooked * rough.z_m[point],
                                             y + crooked * rough.z_m[rough.z_m.size() - 1 - point]);

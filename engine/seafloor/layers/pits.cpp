@@ -14,16 +14,16 @@ namespace {
 
 using std::numbers::pi;
 constexpr double largest_pit_of_median = 3.5;
-constexpr std::array outline_waves = {0.10, 0.07, 0.05};  // mean amplitudes, of the radius
-constexpr double least_ragged = 0.5, most_ragged = 1.5;   // factors on them
-constexpr double rim_end = 1.4;                           // of the radius
-constexpr double most_bent = 0.5;                         // of a scour's axis, in its half widths
+constexpr std::array outline_waves = {0.10, 0.07, 0.05};  // mean amplitudes / radius
+constexpr double least_ragged = 0.5, most_ragged = 1.5;   // factors on the amplitudes
+constexpr double rim_end = 1.4;                           // where the rim ends / radius
+constexpr double most_bent = 0.5;                         // bend of a scour's axis / half width
 
 /// From 0 for round pits to 1 for scours that are at least twice as long as wide. A current bends
-/// these, makes their outlines ragged and one of their sides steeper.
+/// scours and makes one of their sides steeper.
 double scoured(const PitRelief& relief) { return std::min(1.0, relief.elongation - 1.0); }
 
-/// As far as the rim reaches from the middle, of the diameter times the stretch.
+/// The greatest distance of the rim from the middle, divided by diameter and stretch.
 double reach(const PitRelief& relief) {
   const double outline = outline_waves[0] + outline_waves[1] + outline_waves[2];
   return 0.5 * (rim_end * (1.0 + most_ragged * outline) + scoured(relief) * most_bent);
@@ -49,11 +49,11 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
                                                 largest_pit_of_median, u[2], u[3]);
     const double depth_m =
         relief.depth_ratio * diameter_m * (0.4 + 1.2 * u[4]);  // old ones are filled
-    // Some walls have slumped more than others, and floors are more or less wide and flat.
+    // Some walls have slumped more than others, and floors differ in width and flatness.
     const double ragged = std::lerp(least_ragged, most_ragged, lower_bits(u[6]));
     const double lean = std::lerp(1.4 * lower_bits(u[7]), 1.0, by_current);
     const double bowl_power = 1.2 + 1.6 * lower_bits(u[8]);
-    // Round ones have a random axis.
+    // Round pits have a random axis.
     const double heading =
         relief.elongation > 1.0 ? relief.heading_rad + 0.3 * (u[5] - 0.5) : 2.0 * pi * u[5];
     const double along_x = std::sin(heading), along_y = std::cos(heading);
@@ -64,7 +64,7 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
           const double axis = by_current * most_bent * std::sin(2.0 * along + 2.0 * pi * u[9]);
           const double across = (dx * along_y - dy * along_x) / (0.5 * diameter_m) * stretch - axis;
           const double angle = std::atan2(across, along);
-          // Not a circle: the slumped wall stands a few hundredths in or out.
+          // Slumped walls are some hundredths of the radius inside or outside a circle.
           const double waves = outline_waves[0] * std::cos(2.0 * angle + 2.0 * pi * u[6]) +
                                outline_waves[1] * std::cos(3.0 * angle + 2.0 * pi * u[7]) +
                                outline_waves[2] * std::cos(5.0 * angle + 2.0 * pi * u[8]);
@@ -72,7 +72,8 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
           if (r >= rim_end) return;
           const std::size_t point = field.index(column, row);
           if (r < 1.0) {
-            // Deepest to one side of the middle; behind it in a long one, as a current leaves it.
+            // The deepest place is to one side of the middle. In a scour, it is behind the middle,
+            // as a current leaves it.
             const double leaning = std::max(0.3, 1.0 - 0.5 * lean * along);
             const double steeper_side = 1.0 + by_current * (lower_bits(u[9]) - 0.5) * across;
             const double its_floor_m =

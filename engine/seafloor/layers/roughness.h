@@ -5,7 +5,7 @@
 
 namespace ensonify::engine {
 
-/// The fractal relief of the bed, as a layer on a part of it.
+/// Fractal relief as a layer on a part of the bed.
 const ReliefKind<FractalRelief>& kind_of(const FractalRelief&);
 
 }  // namespace ensonify::engine

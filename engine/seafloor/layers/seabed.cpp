@@ -56,8 +56,7 @@ class LayerStack {
   void lay_patch(const Patch& patch, const Mask& mask, const LayerDraws& draws) {
     const std::vector<double> weight = softened(mask, field_, patch.area.border_m);
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += patch.rise_m * weight[i];
-    // In the border each point is randomly one of the two sediments, with a probability equal to
-    // the weight.
+    // In the border, the weight is the probability that a point gets the patch's sediment.
     paint(patch.material, patch.class_name, [&](std::size_t i) {
       if (weight[i] == 0.0 || weight[i] == 1.0) return weight[i] == 1.0;
       const auto columns = static_cast<std::size_t>(field_.columns);
@@ -76,13 +75,13 @@ class LayerStack {
     const ReliefKind<Relief>& kind = kind_of(layer.relief);
     const Marks marked =
         std::visit([&](auto add) { return lay(layer, mask, draws, add); }, kind.add);
-    paint(layer, [&](std::size_t i) { return marked[i] != 0; });
-    if (kind.has_instances()) assign_instances(layer, marked);
+    if (!layer.class_name.empty() || !layer.material.empty())
+      paint(layer.material, layer.class_name, [&](std::size_t i) { return marked[i] != 0; });
+    if (kind.has_instances() && !layer.class_name.empty()) assign_instances(marked);
   }
 
  private:
-  // Each lay() adds a layer to the heights and returns which points belong to which of its
-  // features.
+  // Each lay() adds a layer to the heights and returns the feature of each point.
   template <class Relief>
   Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
             AddEverywhere<Relief> add) {
@@ -133,7 +132,7 @@ class LayerStack {
     return marked;
   }
 
-  /// Relief that fades out at the area's border; marks beyond its middle are cleared.
+  /// Adds relief that fades out at the area's border, and clears marks where weight is at most 0.5.
   Marks lay_fading(const Heightfield& relief, const std::vector<double>& weight, Marks marked) {
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
     for (std::size_t i = 0; i < weight.size(); ++i)
@@ -141,10 +140,8 @@ class LayerStack {
     return marked;
   }
 
-  /// Numbers the features of the layer that was laid last, each marked by its number in the layer.
-  template <class Relief>
-  void assign_instances(const ReliefLayer<Relief>& layer, const Marks& marked) {
-    if (layer.class_name.empty()) return;
+  /// Numbers the features of the last layer in the map. `marked` has their numbers in the layer.
+  void assign_instances(const Marks& marked) {
     map_.point_feature.resize(marked.size(), 0);
     const auto before = static_cast<std::uint32_t>(map_.feature_layer.size());
     map_.feature_layer.resize(before + std::ranges::max(marked), name_);
@@ -158,15 +155,11 @@ class LayerStack {
     return zero;
   }
 
-  template <class Relief, class Here>
-  void paint(const ReliefLayer<Relief>& layer, Here here) {
-    if (!layer.class_name.empty() || !layer.material.empty())
-      paint(layer.material, layer.class_name, here);
-  }
+  /// Changes material and class, unless they are empty, at the points i for which here(i) is true.
   template <class Here>
   void paint(const std::string& material, const std::string& class_name, Here here) {
     constexpr std::uint16_t unknown = 65535;
-    std::vector<std::uint16_t> becomes(map_.kinds.size(), unknown);  // kinds as they were before
+    std::vector<std::uint16_t> becomes(map_.kinds.size(), unknown);  // new kind of each kind
     for (std::size_t i = 0; i < map_.point_kind.size(); ++i) {
       if (!here(i)) continue;
       std::uint16_t& kind = becomes[map_.point_kind[i]];
@@ -191,7 +184,7 @@ class LayerStack {
   std::uint64_t seed_;
   RoughnessInWindows* roughness_;
   const WorkControl& control_;
-  std::string name_;  // of the layer that is being laid
+  std::string name_;  // name of the layer that is laid at present
   SeabedMap map_;
   std::function<bool(std::size_t, const std::string&)> has_material_ =
       [this](std::size_t point, const std::string& material) {
@@ -213,15 +206,11 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
   if (options.empty()) return {{{material, "seabed"}}, {}};
   LayerStack layers(field, material, seed, roughness, control);
   layers.each(options.patches, "patches", Purpose::seabed_patch,
-              [&](const Patch& patch, const Mask& mask, const LayerDraws& draws) {
-                layers.lay_patch(patch, mask, draws);
-              });
+              [&](const auto&... given) { layers.lay_patch(given...); });
   for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
     const ReliefKind<Relief>& kind = kind_of(Relief{});
     layers.each(list, kind.list, kind.purpose,
-                [&](const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws) {
-                  layers.lay_relief(layer, mask, draws);
-                });
+                [&](const auto&... given) { layers.lay_relief(given...); });
   });
   return std::move(layers).map();
 }

@@ -18,15 +18,16 @@
 
 namespace ensonify::engine {
 
-/// Another sediment, or a cover, on a part of the seabed; a later patch covers an earlier one.
+/// Another sediment, or a cover, on a part of the seabed. A later patch covers an earlier one.
 struct Patch {
   Area area;
   std::string material = "coarse silt";
   std::string class_name = "seabed";
-  double rise_m = 0.0;  ///< height of its surface over the bed around it, e.g. of a canopy
+  double rise_m = 0.0;  ///< height of the patch over the bed around it, e.g. of seagrass
 };
 
-/// A layer of relief with its area and its names. An empty class or material keeps the map's.
+/// A layer of relief with its area, class and material. If class or material is empty, points keep
+/// the class or material that the map has.
 template <class Relief>
 struct ReliefLayer {
   Area area{kind_of(Relief{}).area};
@@ -35,9 +36,8 @@ struct ReliefLayer {
   std::string material{kind_of(Relief{}).material};
 };
 
-/// What lies on the base of a seabed: the map of what it is made of, and layers of relief that add
-/// up. A new kind of layer is a member here, named as the kind's list is, and a row of
-/// relief_lists.
+/// What lies on the base of a seabed: patches of other materials, and layers of relief. A new kind
+/// of layer needs a member here, with the name of the kind's list, and a row of relief_lists.
 struct SeabedOptions {
   std::vector<Patch> patches;
   std::vector<ReliefLayer<FractalRelief>> roughness;
@@ -70,40 +70,39 @@ void for_each_relief_list(Options& seabed, F&& f) {
   std::apply([&](auto... list) { (f(seabed.*list), ...); }, relief_lists);
 }
 
-/// What each point of a grid is made of and called.
+/// The material, class and feature of each point of a grid.
 struct SeabedMap {
   struct Kind {
     std::string material;
     std::string class_name;
     friend bool operator==(const Kind&, const Kind&) = default;
   };
-  /// The seafloor's own first.
+  /// The first kind is that of the seafloor without patches and layers.
   std::vector<Kind> kinds;
-  /// Index into kinds, one per grid point; empty: all are kinds[0].
+  /// Index into kinds, one per grid point; empty: all points have kinds[0].
   std::vector<std::uint16_t> point_kind;
-  /// For each feature (a trawl mark, a pit, a boulder) the layer that it belongs to: "boulders.0"
-  /// is the first layer of boulders. Some features are too small for the grid or covered, and have
-  /// no point.
+  /// For each feature (a trawl mark, a pit, a boulder) its layer: "boulders.0" is the first layer
+  /// of boulders. Features that are too small for the grid or covered have no point.
   std::vector<std::string> feature_layer;
   /// Index into feature_layer plus 1, one per grid point; 0: no feature. Empty: no features.
   std::vector<std::uint32_t> point_feature;
-  /// Of layers of a whole grid that lie nowhere, because of `on`.
+  /// Warnings of layers of a whole grid that lie nowhere, because no point has the material `on`.
   std::vector<std::string> warnings;
 };
 
-/// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
-/// lies on the sediment does not show on them. Features of a layer without a class get no numbers.
-/// `seed` is the seabed's. Throws SceneError with the scene's key of the layer at fault, for
-/// options that cannot be laid.
+/// Lays patches and layers on `field`, a base of one material. Rock outcrops rise from the base, so
+/// relief of the sediment is not visible on them. Features of a layer without a class get no
+/// numbers. `seed` is the seed of the seabed. Throws SceneError, with the scene's key of the layer,
+/// for options that cannot be laid.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed, RoughnessInWindows* roughness = nullptr,
                      const WorkControl& control = {});
 
-/// The warning of a layer that has no effect, because the material of its `on` is not there.
+/// The warning of a layer that has no effect because its area has no point with the material `on`.
 /// `layer` is as in SeabedMap::feature_layer.
 std::string nowhere_on_warning(const std::string& layer);
 
-/// Warns of layers whose features lie between the points of the grid: a line for each.
+/// Warnings, one per layer, of layers whose features are too small for the cells of the grid.
 std::vector<std::string> coarse_cell_warnings(const Heightfield& grid, const SeabedOptions& seabed);
 
 }  // namespace ensonify::engine

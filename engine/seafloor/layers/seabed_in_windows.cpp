@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -21,19 +19,18 @@ namespace ensonify::engine {
 namespace {
 
 constexpr int max_margin = 1024;  // points
-constexpr int sampled_rows = 8;   // and columns, of places
+constexpr int sampled_rows = 8;   // rows and columns of sampled places
 
-/// Whether a layer at a place depends on its neighbourhood alone. The rock of outcrops is one
-/// transform over the whole grid; roughness is one too, unless its cells are square
-/// (RoughnessInWindows).
+/// Whether a layer at a place depends only on the bed near the place. The rock of outcrops does
+/// not, because it is one transform over the whole grid. Roughness on cells that are not square is
+/// such a transform too; on square cells it is not (RoughnessInWindows).
 template <class Relief>
 bool fits_windows(const Heightfield& grid) {
   if (std::is_same_v<Relief, FractalRelief>) return grid.cell_east_m == grid.cell_north_m;
   return !std::is_same_v<Relief, OutcropRelief>;
 }
 
-/// Calls f(the layer's key, its area, how far its features reach, whether it fits windows) for each
-/// patch and layer of relief.
+/// Calls f(key, area, reach in metres, whether it fits windows) for each patch and layer of relief.
 template <class F>
 void for_each_layer(const Heightfield& grid, const SeabedOptions& options, F&& f) {
   for (std::size_t i = 0; i < options.patches.size(); ++i)
@@ -48,10 +45,10 @@ void for_each_layer(const Heightfield& grid, const SeabedOptions& options, F&& f
   });
 }
 
-/// Points beyond a window on which a layer in it depends.
+/// The number of points beyond a window's border on which a layer in the window depends.
 double margin_of(const Area& area, double reach_m, const Heightfield& grid) {
   const double cell_m = std::min(grid.cell_east_m, grid.cell_north_m);
-  // Three means over half a width together, with rounding.
+  // The three means of softened() reach half the width together; 3 is for their rounding.
   const auto of_means = [&](double width_m) { return 0.5 * width_m / cell_m + 3.0; };
   double margin = std::max(of_means(area.border_m), reach_m / cell_m + 1.0);
   if (area.gentlest_rad || area.steepest_rad)
@@ -71,7 +68,7 @@ int margin_of(const SeabedOptions& options, const Heightfield& grid) {
   return static_cast<int>(std::ceil(std::min(on_others ? sum : most, max_margin + 1.0)));
 }
 
-/// A window of a grid, as far as the grid reaches, with level heights.
+/// The part of a window that is inside the grid, with heights of 0.
 Heightfield window_of(const Heightfield& grid, int first_column, int first_row, int end_column,
                       int end_row) {
   const int west = std::max(0, first_column), south = std::max(0, first_row);
@@ -89,28 +86,23 @@ std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
   std::optional<SceneError> obstacle;
   for_each_layer(grid, options, [&](const std::string& key, const Area& area, double reach_m, bool fits) {
     if (obstacle) return;
+    const auto refuse = [&](std::string_view why) {
+      obstacle.emplace(key, fmt::format("{}: {}", key, why));
+    };
     if (!fits)
-      obstacle.emplace(
-          key,
-          fmt::format(
-              "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
-              "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
-              key));
+      refuse(
+          "this bed is made in tiles and cannot have this layer, which is made for all of the bed at "
+          "once (roughness only if its cells are not square); remove it, or make the bed smaller");
     else if (area.pixels || !area.image.path.empty())
-      obstacle.emplace(
-          key,
-          fmt::format(
-              "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
-              "with gdal_polygonize.py, in GeoJSON",
-              key));
+      refuse(
+          "a bed that is made in tiles takes areas as polygons; make an outline of the image with "
+          "gdal_polygonize.py, in GeoJSON");
     else if (margin_of(area, reach_m, grid) > max_margin)
-      obstacle.emplace(
-          key,
-          fmt::format(
-              "{}: its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, "
-              "they may reach about {:.0f} m: make them smaller, or the cells larger",
-              key, std::max(reach_m, 0.5 * area.border_m),
-              max_margin * std::min(grid.cell_east_m, grid.cell_north_m)));
+      refuse(fmt::format(
+          "its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, they "
+          "may reach about {:.0f} m: make them smaller, or the cells larger",
+          std::max(reach_m, 0.5 * area.border_m),
+          max_margin * std::min(grid.cell_east_m, grid.cell_north_m)));
   });
   if (!obstacle && margin_of(options, grid) > max_margin)
     obstacle.emplace(
@@ -121,8 +113,7 @@ std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
 
 void require_windows(const Heightfield& grid, const SeabedOptions& options) {
   if (const auto obstacle = obstacle_to_windows(grid, options)) throw SceneError(*obstacle);
-  // lay_seabed() refuses the same options for a corner as for the whole bed, except areas that lie
-  // outside it.
+  // lay_seabed() refuses for a corner what it refuses for the whole bed, except areas outside it.
   Heightfield corner = window_of(grid, 0, 0, 4, 4);
   lay_seabed(corner, options, {}, 0);
   for_each_layer(grid, options, [&](const std::string& key, const Area& area, double, bool) {
@@ -134,7 +125,7 @@ void require_windows(const Heightfield& grid, const SeabedOptions& options) {
 std::vector<std::string> unfound_area_warnings(
     const Heightfield& grid, const SeabedOptions& options,
     const std::function<refine::HeightTiles::Heights()>& make_bed) {
-  std::vector<Heightfield> samples;  // made when a layer needs them
+  std::vector<Heightfield> samples;  // made when the first layer needs them
   double deepest_m = 0.0, shallowest_m = std::numeric_limits<double>::infinity();
   const auto take_samples = [&] {
     constexpr int side = 64;  // points

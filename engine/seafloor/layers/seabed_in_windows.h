@@ -13,35 +13,35 @@
 
 namespace ensonify::engine {
 
-/// Why the layers cannot be laid on windows of a grid; none if they can.
+/// The error that states why the layers cannot be laid on windows of a grid; nullopt if they can.
 std::optional<SceneError> obstacle_to_windows(const Heightfield& grid,
                                               const SeabedOptions& options);
 
-/// Throws SceneError for such an obstacle and for an area outside the grid, and what
+/// Throws the error of obstacle_to_windows(), SceneError for an area outside the grid, and what
 /// lay_seabed() throws for the options.
 void require_windows(const Heightfield& grid, const SeabedOptions& options);
 
-/// Warnings about layers whose depths and slopes are nowhere in a sample of the bed without its
-/// layers. `make_bed` is called only if there is a layer with such limits.
+/// Warnings about layers whose limits of depth and slope no place in a sample of the base meets.
+/// `make_bed` is called only if there is a layer with these limits.
 std::vector<std::string> unfound_area_warnings(
     const Heightfield& grid, const SeabedOptions& options,
     const std::function<refine::HeightTiles::Heights()>& make_bed);
 
-/// Warns of each layer on a material that neither the bed, which is of `material`, nor an earlier
-/// layer has.
+/// Warnings, one per layer whose key `on` names a material that neither the base, which is of
+/// `material`, nor an earlier layer has.
 std::vector<std::string> nowhere_on_warnings(const SeabedOptions& options,
                                              const std::string& material);
 
-/// All kinds that lay_seabed() can make of any bed: the seafloor's own first. Throws
-/// std::invalid_argument for more than 256.
+/// All kinds that lay_seabed() can make of a bed of `material`; the first is the kind of the base.
+/// Throws std::invalid_argument for more than 256 kinds.
 std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,
                                             const std::string& material);
 
-/// A bed with its layers, made in windows: heights and kinds are those that lay_seabed() gives the
-/// whole bed, with three exceptions: a share of an area is right on average only, roughness has
-/// other heights of the same statistics, and features have no numbers. Kinds are indices into
-/// possible_kinds(). Only the size of the grid and its origin are used. The heights throw as
-/// lay_seabed() does.
+/// A bed with its layers, made in windows. Heights and kinds are those that lay_seabed() makes for
+/// the whole bed, with three exceptions: a share of an area is right on average only, roughness has
+/// other heights with the same statistics, and features have no numbers. Kinds are indices into
+/// possible_kinds(). Only the size of the grid and its origin are used. The returned function
+/// throws what lay_seabed() throws.
 refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::HeightTiles::Heights bed,
                                          const SeabedOptions& options, const std::string& material,
                                          std::uint64_t seed);

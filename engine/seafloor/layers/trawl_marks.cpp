@@ -16,9 +16,9 @@ namespace {
 
 using std::numbers::pi;
 
-/// A sum of waves over a way; of rms 1.
+/// A sum of waves along the way of a tow, with an rms of 1.
 struct Wander {
-  static constexpr double most = 2.9;  // more than 4 / sqrt(2)
+  static constexpr double most = 2.9;  // no value is larger: 4 / sqrt(2), rounded up
   std::array<double, 4> length_m, phase;
   double at(double way_m) const {
     double sum = 0.0;
@@ -28,13 +28,12 @@ struct Wander {
   }
 };
 
-/// A part of a way, in metres.
 struct Stretch {
   double from_m, to_m;
 };
 
-/// The values of a Wander along a stretch, interpolated between points: in a window of a bed they
-/// have the bits of the whole bed's.
+/// The values of a Wander along a stretch, interpolated between points. In a window of a bed the
+/// values have the same bits as in the whole bed.
 class WanderAlong {
  public:
   WanderAlong(const Wander& wander, const Stretch& stretch)
@@ -50,13 +49,13 @@ class WanderAlong {
   }
 
  private:
-  static constexpr double step_m = 1.0;  // of waves that are 150 m long or longer
+  static constexpr double step_m = 1.0;  // the waves are at least 150 m long
   double first_;
   std::vector<double> values_;
 };
 
 /// The fine furrows of the sweeps and the ground gear: normal numbers of variance 1, interpolated
-/// (catmull_rom) on a lattice that is narrow across the way and long along it.
+/// (catmull_rom) on a lattice whose cells are narrow across the way and long along it.
 class Sweep {
  public:
   Sweep(const LayerDraws& draws, std::int64_t tow, const Stretch& stretch, double half_width_m,
@@ -107,10 +106,10 @@ class Door {
       bite_.phase[i] = 2.0 * pi * u[8 + i];
     }
   }
-  static constexpr double max_off_m = 0.25 * Wander::most;  // its mean offset
+  static constexpr double max_off_m = 0.25 * Wander::most;  // greatest change of the offset
   double mean_offset_m() const { return offset_m_; }
   double offset_m(double way_m) const { return offset_m_ + 0.25 * wobble_.at(way_m); }
-  /// Its depth over the mean depth: doors bounce, and sometimes leave the bed.
+  /// Depth of the furrow / mean depth: doors bounce, and sometimes leave the bed.
   double bite(double way_m) const { return std::clamp(1.0 + 0.45 * bite_.at(way_m), 0.0, 1.6); }
 
  private:
@@ -118,7 +117,6 @@ class Door {
   Wander wobble_{}, bite_{};
 };
 
-/// One tow.
 class Tow {
  public:
   Tow(const Heightfield& grid, const TrawlMarks& marks, const LayerDraws& draws, std::int64_t i)
@@ -155,8 +153,8 @@ class Tow {
 
   struct Change {
     double height_m = 0.0;
-    std::uint32_t door = 0;  // 1 or 2, where its mark is
-    double clear_m = 0.0;    // as far as this to the east there is no change either
+    std::uint32_t door = 0;  // 1 or 2 if the place is in the mark of a door
+    double clear_m = 0.0;    // there is no change for this distance to the east
   };
   Change at(double x_m, double y_m) const {
     const double across = (x_m - x_m_) * north_ - (y_m - y_m_) * east_;
@@ -174,7 +172,7 @@ class Tow {
       if (std::abs(from_middle - door.mean_offset_m()) > Door::max_off_m + reach_m) continue;
       const double from_door = from_middle - door.offset_m(way_m);
       if (std::abs(from_door) > reach_m) continue;
-      // The Gaussian's second derivative: its integral is zero.
+      // The second derivative of a Gaussian, because its integral is zero.
       const double a2 = std::pow(from_door / (0.5 * marks_.width_m), 2);
       const double bite = door.bite(way_m);
       change.height_m -= depth_m_ * bite * (1.0 - a2) * std::exp(-0.5 * a2);

@@ -12,17 +12,17 @@ enum AircraftPart { fuselage, wing, tail, engine, canopy, gear, aircraft_debris 
 
 /// A wing, tailplane or fin.
 struct Wing {
-  Vector3d root;  ///< the middle of its root chord
+  Vector3d root;  ///< middle of the root chord
   Vector3d out;   ///< unit, from root to tip; not along y
   double span_m, root_chord_m, tip_chord_m;
-  double sweep = 0.0;  ///< tangent of the angle by which its middle line falls back
+  double sweep = 0.0;  ///< tangent of the angle by which the middle line is swept back
   double thickness = 0.12;
-  double from = 0.0, to = 1.0;  ///< the part of the span that is there; ragged at `from` above 0
+  double from = 0.0, to = 1.0;  ///< the part of the span that exists; if from > 0, ragged there
   bool torn = false;            ///< ragged at `to`
 };
 
-/// Makes one aircraft, nose towards y; while its parts are made it stands upright with the axis of
-/// its fuselage at z = 0.
+/// Makes one aircraft with its nose towards y. The parts are made in an upright position, with the
+/// axis of the fuselage at z = 0.
 class Aircraft {
  public:
   explicit Aircraft(FamilyForm& form)
@@ -44,7 +44,7 @@ class Aircraft {
     tip_share_ = swept ? draws_.between(0.25, 0.5) : draws_.between(0.4, 0.85);
     sweep_ = swept ? std::tan(radians(draws_.between(30.0, 48.0))) : draws_.between(0.0, 0.08);
     dihedral_rad_ = radians(draws_.between(swept ? -3.0 : 1.0, swept ? 2.0 : 6.0));
-    // A wing lies below, in the middle of, or above the fuselage.
+    // The wings are below, at the middle of, or above the fuselage.
     wing_z_m_ = radius_m_ * (draws_.chance(0.6) ? -low_wing : draws_.between(-0.2, 0.7));
     worn_ = draws_.between(0.1, 1.0);
   }
@@ -57,7 +57,7 @@ class Aircraft {
   }
 
  private:
-  /// The radius of the fuselage over its radius amidships; u from the tail (0) to the nose (1).
+  /// The radius of the fuselage / its radius amidships. u is 0 at the tail and 1 at the nose.
   static double slimness(double u, bool blunt) {
     if (u > 0.62) {
       const double v = (u - 0.62) / 0.38;
@@ -98,10 +98,10 @@ class Aircraft {
             .thickness = variant_ == "swept" ? 0.09 : 0.14};
   }
 
-  /// The skin of a worn wing is buckled, and gone in places; its tip hangs.
+  /// Adds a wing. The skin of a worn wing is buckled and has holes, and its tip hangs down.
   void add_wing(const Wing& wing) {
     const Vector3d along = Vector3d::UnitY(), up = wing.out.cross(along).normalized();
-    const double sag = worn_ * draws_.between(-0.07, 0.02);  // of the tip, over the span
+    const double sag = worn_ * draws_.between(-0.07, 0.02);  // of the tip / span
     PlateGrid grid{.rows = wing_cells + 1, .columns = chord_cells + 1};
     for (int i = 0; i <= wing_cells; ++i)
       for (int k = 0; k <= chord_cells; ++k) {
@@ -122,7 +122,8 @@ class Aircraft {
     solids_.plate(grid);
   }
 
-  /// The cells of a wing that are gone, from root to tip and in each row from the trailing edge.
+  /// Whether each cell of a wing is missing. Rows are from root to tip, and the cells of a row
+  /// begin at the trailing edge.
   std::vector<bool> lost_cells(const Wing& wing) {
     std::vector<bool> lost(wing_cells * chord_cells);
     const auto lose = [&](int from, int to, int behind, int ahead) {
@@ -144,7 +145,7 @@ class Aircraft {
       for (int rib = first; rib < first + bays; ++rib)
         lose(rib * bay + 1, (rib + 1) * bay, behind, behind + deep);
     }
-    for (int k = 0; k < chord_cells; ++k) {  // where it broke
+    for (int k = 0; k < chord_cells; ++k) {  // where the wing broke
       if (wing.from > 0.0) lose(0, draws_.one_of(4), k, k + 1);
       if (wing.torn) lose(wing_cells - draws_.one_of(5), wing_cells, k, k + 1);
     }
@@ -157,16 +158,15 @@ class Aircraft {
            Vector3d(0.0, 0.5 * ahead * chord - wing.sweep * u * wing.span_m, 0.0);
   }
 
-  /// An engine with its cowling, and its propeller unless it is a jet's.
+  /// Adds an engine with its cowling and, unless it is a jet engine, its propeller.
   void engine_at(const Vector3d& nose, double long_m, double r, bool jet) {
-    solids_.begin_part(engine);
-    const std::size_t mark = solids_.mark();
+    const std::size_t mark = solids_.begin_part(engine);
     const std::array profile{Vector2d((jet ? 0.7 : 0.3) * r, -long_m),
                              Vector2d(0.8 * r, -0.75 * long_m), Vector2d(r, -0.4 * long_m),
                              Vector2d(r, -0.08 * long_m), Vector2d((jet ? 0.85 : 0.7) * r, 0.0)};
     turned(solids_, profile, sides_);
     if (!jet) propeller(r);
-    solids_.move(mark, motion(nose, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion(nose));
   }
 
   void propeller(double r) {
@@ -218,8 +218,7 @@ class Aircraft {
   void with_fuselage() {
     const bool inverted = draws_.chance(0.25), breaks = draws_.chance(0.18);
     const double broken_at = draws_.between(0.28, 0.42);
-    const std::size_t mark = solids_.mark();
-    solids_.begin_part(fuselage);
+    const std::size_t mark = solids_.begin_part(fuselage);
     body(breaks ? broken_at : 0.0, 1.0, false, breaks);
     const std::array<double, 2> left = wings();
     noses();
@@ -228,12 +227,11 @@ class Aircraft {
     if (!breaks) tail_unit();
     lie(mark, inverted);
     if (breaks) {
-      const std::size_t aft = solids_.mark();
-      solids_.begin_part(fuselage);
+      const std::size_t aft = solids_.begin_part(fuselage);
       body(0.0, broken_at, true, false);
       tail_unit();
       const double middle = length_m_ * (0.5 * broken_at - 0.5);
-      solids_.move(aft, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
+      solids_.move(aft, motion({0.0, -middle, 0.0}));
       lie(aft, draws_.chance(0.2));
       const double turn = radians(draws_.between(-50.0, 50.0));
       const double aside_m = draws_.between(-0.12, 0.12) * length_m_;
@@ -244,7 +242,7 @@ class Aircraft {
     field();
   }
 
-  /// The wings, and how much of each is left.
+  /// Adds the wings, and returns which share of each is left.
   std::array<double, 2> wings() {
     solids_.begin_part(wing);
     std::array<double, 2> left{1.0, 1.0};
@@ -288,7 +286,7 @@ class Aircraft {
                              Vector2d(r, 0.1 * long_m), Vector2d(0.7 * r, 0.35 * long_m),
                              Vector2d(0.15 * r, 0.5 * long_m)};
     turned(solids_, profile, sides_);
-    solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.85 * radius_m_}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.85 * radius_m_}));
   }
 
   void undercarriage() {
@@ -304,19 +302,19 @@ class Aircraft {
     }
   }
 
-  /// Puts what was made from a mark on on the bed: upright or inverted, an end or a wing lower.
+  /// Puts everything that was made since a mark on the bed: upright or inverted, a little tilted.
   void lie(std::size_t mark, bool inverted) {
     const double roll = radians(draws_.between(-8.0, 8.0)) + (inverted ? pi : 0.0);
     const double pitch = radians(draws_.between(-7.0, 5.0));
     solids_.move(mark, motion(Vector3d::Zero(), 0.0, roll, 0.0));
     solids_.move(mark, motion(Vector3d::Zero(), pitch, 0.0, 0.0));
-    // Sunk in by a share of the fuselage, but low wings are not buried.
+    // The fuselage is sunk into the bed by a share of its radius, but low wings are not buried.
     const double up =
         draws_.between(low_wing, 1.0) * radius_m_ + (inverted ? 0.3 * radius_m_ : 0.0);
-    solids_.move(mark, motion({0.0, 0.0, up}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, 0.0, up}));
   }
 
-  /// The outer wings that were torn off lie near.
+  /// Adds the outer wings that were torn off, near the aircraft.
   void torn_off(const std::array<double, 2>& left) {
     solids_.begin_part(wing);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -329,7 +327,7 @@ class Aircraft {
       outer.from = left[i];
       add_wing(outer);
       const Vector3d middle = solids_.box(mark).center();
-      solids_.move(mark, motion(-middle, 0.0, 0.0, 0.0));
+      solids_.move(mark, motion(-middle));
       const double roll = draws_.between(-0.15, 0.15), pitch = draws_.between(-0.1, 0.1);
       solids_.move(mark,
                    motion({side * away * half_span_m_, ahead * length_m_, 0.0}, pitch, roll, turn));
@@ -374,14 +372,14 @@ class Aircraft {
   }
 
   static constexpr int wing_cells = 20, chord_cells = 9;  // along the span and the chord
-  static constexpr double low_wing = 0.6;  // below the fuselage's axis, of its radius
+  static constexpr double low_wing = 0.6;  // distance below the fuselage's axis / its radius
   std::string_view variant_;
   Draws& draws_;
   Solids& solids_;
   int sides_, engines_ = 1;
   double length_m_, radius_m_ = 0.0, wing_y_m_ = 0.0, wing_z_m_ = 0.0, half_span_m_ = 0.0;
   double chord_m_ = 0.0, tip_share_ = 0.0, sweep_ = 0.0, dihedral_rad_ = 0.0;
-  double worn_ = 0.0;  ///< 0 to 1: how buckled and torn its skin is
+  double worn_ = 0.0;  ///< 0 to 1: how buckled and torn the skin is
 };
 
 }  // namespace

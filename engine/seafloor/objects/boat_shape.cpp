@@ -9,22 +9,18 @@ using std::numbers::pi;
 
 enum BoatPart { boat_hull, boat_deck, boat_engine };
 
-/// A ring about a middle line at gunwale height, as on an inflatable.
+/// The tube of an inflatable, with floor and transom.
 void inflatable(FamilyForm& form, double l, double beam) {
   Solids& solids = form.solids;
   const double r = 0.13 * beam, half = 0.5 * beam - r;
   std::vector<Vector3d> way;
-  way.emplace_back(-half, -0.5 * l, r);
-  way.emplace_back(-half, 0.0, r);
-  way.emplace_back(-half, 0.18 * l, r);
+  for (const double y : {-0.5, 0.0, 0.18}) way.emplace_back(-half, y * l, r);
   for (int k = 1; k < 8; ++k) {
     const double angle = pi * k / 8.0;
     way.emplace_back(-half * std::cos(angle), (0.2 + 0.26 * std::sin(angle)) * l,
                      r * (1.0 + 0.6 * std::sin(angle)));
   }
-  way.emplace_back(half, 0.18 * l, r);
-  way.emplace_back(half, 0.0, r);
-  way.emplace_back(half, -0.5 * l, r);
+  for (const double y : {0.18, 0.0, -0.5}) way.emplace_back(half, y * l, r);
   solids.sweep(way, circle(r, form.sides(12)));
   solids.block({0.0, -0.05 * l, 0.5 * r}, {2.0 * half, 0.75 * l, 0.3 * r});
   solids.block({0.0, -0.42 * l, 1.1 * r}, {2.0 * half, 0.02 * l, 2.0 * r});
@@ -49,11 +45,9 @@ void foredeck_and_cabin(FamilyForm& form, const HullLines& lines, double plank_m
   for (int r = 0; r <= rows; ++r) {
     const double s = 0.5 + 0.46 * r / rows;
     for (const double across : {1.0, 0.0, -1.0}) {
-      const Vector3d at(across * (lines.half_breadth_m(s) - 0.5 * plank_m),
-                        lines.length_m * (s - 0.5),
-                        lines.top_m(s) + 0.04 * lines.beam_m * (1.0 - across * across));
-      grid.front.push_back(at);
-      grid.back.emplace_back(at - Vector3d(0.0, 0.0, plank_m));
+      grid.add({across * (lines.half_breadth_m(s) - 0.5 * plank_m), lines.length_m * (s - 0.5),
+                lines.top_m(s) + 0.04 * lines.beam_m * (1.0 - across * across)},
+               plank_m);
     }
   }
   solids.plate(grid);
@@ -118,10 +112,10 @@ void make_boat(FamilyForm& form) {
     solids.block({0.0, y, top + 0.4 * size}, {0.6 * size, size, 0.9 * size});
     bar(solids, {0.0, y, top + 0.1 * size}, {0.0, y, top - 1.6 * size}, 0.35 * size, 0.2 * size);
   }
-  const double fate = draws.between(0.0, 1.0), side = draws.side();
-  const double list = fate < 0.65   ? radians(draws.between(0.0, 25.0))
-                      : fate < 0.85 ? radians(draws.between(155.0, 200.0))  // capsized
-                                    : radians(draws.between(60.0, 100.0));
+  const double drawn = draws.between(0.0, 1.0), side = draws.side();
+  const double list = drawn < 0.65   ? radians(draws.between(0.0, 25.0))
+                      : drawn < 0.85 ? radians(draws.between(155.0, 200.0))  // capsized
+                                     : radians(draws.between(60.0, 100.0));
   solids.move(0, motion(Vector3d::Zero(), radians(draws.between(-4.0, 4.0)), side * list, 0.0));
   rest(solids, 0, draws.between(0.02, 0.3));
 }

@@ -6,20 +6,20 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double longest_m = 2.0;     // of a part
-constexpr double tallest_m = 0.05;    // between its ends
-constexpr double most_cuts = 256.0;   // of a side, whatever its length
-constexpr double min_slope_m = 0.05;  // over which the bed's slope is taken, to either side
+constexpr double longest_m = 2.0;     // greatest length of a part
+constexpr double tallest_m = 0.05;    // greatest difference of height between the ends of a part
+constexpr double most_cuts = 256.0;   // of a side of any length
+constexpr double min_slope_m = 0.05;  // least distance to each side, for the bed's slope
 constexpr std::size_t parts_per_group = 64;
 
-/// How many pieces a side of a flat part is cut into.
+/// The number of pieces into which a side of a flat part is cut.
 int cuts(const Eigen::Vector3f& axis, float length_m) {
   const double tall_m = std::abs(double(axis.z())) * double(length_m);
   return static_cast<int>(std::ceil(
       std::clamp(std::max(double(length_m) / longest_m, tall_m / tallest_m), 1.0, most_cuts)));
 }
 
-/// The plane of the bed above a part; false if there is none, or the part lies above it.
+/// Sets the plane of the bed above a part. Returns false if there is no bed above the part.
 bool find_bed(const BedAt& bed, BuriedPart& part) {
   const Eigen::Vector3d& at = part.flat.middle;
   const std::optional<BedPoint> top = bed(at.x(), at.y());
@@ -37,12 +37,9 @@ bool find_bed(const BedAt& bed, BuriedPart& part) {
 }
 
 void enclose(BuriedGroup& group) {
-  Eigen::Vector3d lowest = group.parts.front().flat.middle, highest = lowest;
-  for (const BuriedPart& part : group.parts) {
-    lowest = lowest.cwiseMin(part.flat.middle);
-    highest = highest.cwiseMax(part.flat.middle);
-  }
-  group.middle = 0.5 * (lowest + highest);
+  Eigen::AlignedBox3d box;
+  for (const BuriedPart& part : group.parts) box.extend(part.flat.middle);
+  group.middle = box.center();
   for (const BuriedPart& part : group.parts)
     group.radius_m = std::max(group.radius_m, (part.flat.middle - group.middle).norm() +
                                                   0.5 * double(part.flat.length_m) +

@@ -8,7 +8,7 @@ using std::numbers::pi;
 
 enum CarPart { car_body, car_wheel, car_frame };
 
-/// A block whose upper rectangle is smaller, with rounded corners.
+/// A block with rounded corners, smaller at the top. y_m and z_m are the ends in y and z.
 void rounded_block(Solids& solids, const Vector2d& y_m, const Vector2d& z_m, double half_m,
                    double corner, double top_inset_front_m, double top_inset_back_m) {
   std::vector<std::vector<Vector3d>> rings(2);
@@ -38,7 +38,7 @@ void make_car(FamilyForm& form) {
   solids.begin_part(car_body);
   rounded_block(solids, {-0.5 * l, 0.5 * l}, {sill + 0.1 * wheel, belt}, half, 0.3, 0.05 * l,
                 0.03 * l);
-  // The roof on its pillars; the panes are gone, or the cabin is closed.
+  // The cabin is closed, or only the roof and its pillars are left.
   const double front = (van ? 0.4 : 0.2) * l, back = (van ? -0.49 : pickup ? -0.06 : -0.36) * l;
   const double rake_front = (van ? 0.1 : 0.15) * l, rake_back = (van ? 0.02 : 0.08) * l;
   const bool closed = van || draws.chance(0.4);
@@ -77,10 +77,10 @@ void make_car(FamilyForm& form) {
       if (!draws.chance(0.08))
         solids.taper({side * 0.72 * half, end * axle, wheel},
                      {side * 1.01 * half, end * axle, wheel}, wheel, wheel, form.sides());
-  const double fate = draws.between(0.0, 1.0), side = draws.side();
-  const double list = fate < 0.6    ? radians(draws.between(0.0, 8.0))
-                      : fate < 0.85 ? radians(draws.between(172.0, 188.0))
-                                    : radians(draws.between(82.0, 98.0));
+  const double drawn = draws.between(0.0, 1.0), side = draws.side();
+  const double list = drawn < 0.6    ? radians(draws.between(0.0, 8.0))
+                      : drawn < 0.85 ? radians(draws.between(172.0, 188.0))
+                                     : radians(draws.between(82.0, 98.0));
   solids.move(0, motion(Vector3d::Zero(), radians(draws.between(-4.0, 4.0)), side * list, 0.0));
   rest(solids, 0, draws.between(0.05, 0.3));
 }

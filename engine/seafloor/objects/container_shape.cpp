@@ -10,8 +10,7 @@ using std::numbers::pi;
 
 enum ContainerPart { container_wall, container_frame, container_door };
 
-/// A corrugated wall of `width_m` along x and `length_m` along y about the origin, its outside at
-/// z = 0 or below.
+/// A corrugated wall about the origin: `width_m` along x, `length_m` along y, outside at z <= 0.
 void corrugated(Solids& solids, double width_m, double length_m, double dent_m, bool along_y) {
   constexpr double depth_m = 0.045, thick_m = 0.02;
   const double across_m = along_y ? length_m : width_m;
@@ -23,9 +22,7 @@ void corrugated(Solids& solids, double width_m, double length_m, double dent_m, 
       const double v = double(r) / (rows - 1), u = double(c) / (columns - 1);
       const double ridge = ((along_y ? r : c) % 2) ? 0.0 : depth_m;
       const double dent = dent_m * std::sin(pi * u) * std::sin(pi * v);
-      const Vector3d at(width_m * (0.5 - u), length_m * (v - 0.5), -ridge - dent);
-      grid.front.push_back(at);
-      grid.back.emplace_back(at - Vector3d(0.0, 0.0, thick_m));
+      grid.add({width_m * (0.5 - u), length_m * (v - 0.5), -ridge - dent}, thick_m);
     }
   solids.plate(grid);
 }
@@ -70,9 +67,9 @@ void make_container(FamilyForm& form) {
       solids.block({0.0, y * (0.5 * l - in), z}, {0.99 * w, 0.98 * post, 0.98 * post});
   solids.begin_part(container_door);
   for (const double side : {-1.0, 1.0}) {
-    const double fate = draws.between(0.0, 1.0), swing = draws.between(0.5, 2.6);
-    if (fate < 0.15) continue;  // lost
-    const double open = fate < 0.6 ? 0.0 : swing;
+    const double state = draws.between(0.0, 1.0), swing = draws.between(0.5, 2.6);
+    if (state < 0.15) continue;  // lost
+    const double open = state < 0.6 ? 0.0 : swing;
     const std::size_t mark = solids.mark();
     solids.block({-side * 0.24 * w, 0.0, 0.5 * h}, {0.47 * w, 0.04, h - 2.0 * post});
     solids.move(mark, motion({side * 0.485 * w, -0.5 * l + 0.03, 0.0}, 0.0, 0.0, side * open));

@@ -17,13 +17,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double straight = 3.0;  // ratio of lengths across an edge
+constexpr double straight = 3.0;  // least ratio of lengths across an edge, see curved_facets.h
 
-/// The quadric through the places around a corner, by least squares, with z along a normal there:
-/// z = A x + B y + (C x^2 + 2 D x y + E y^2) / 2 - (F x + G y + H z) z.
+/// Fits a quadric to the places around a corner, by least squares. With the origin at the corner
+/// and z along a normal: z = A x + B y + (C x^2 + 2 D x y + E y^2) / 2 - (F x + G y + H z) z.
 class QuadricFit {
  public:
-  /// rounding_m: the standard deviation of the places, at least.
+  /// `unit_m`: unit of length of the fit. `rounding_m`: least standard deviation of the places.
   QuadricFit(const Vector3d& corner, const Vector3d& normal, double unit_m, double rounding_m)
       : corner_(corner),
         unit_m_(unit_m),
@@ -42,8 +42,9 @@ class QuadricFit {
     ++places_;
   }
 
-  /// Moves a normal and a curvature towards those of the quadric: not at all if the places scatter
-  /// about it so much that the curvature is less certain than a fifth of the difference.
+  /// Moves a normal and a curvature towards the normal and the curvature of the quadric. They do
+  /// not move if the places scatter so much about the quadric that the standard deviation of its
+  /// curvature is more than a fifth of the difference.
   void improve(Vector3d& normal, double& per_m2) const {
     if (places_ <= unknowns) return;
     Products products = products_;
@@ -83,13 +84,13 @@ class QuadricFit {
   int places_ = 0;
 };
 
-/// A straight line on which two flat parts of a smooth surface meet.
+/// The straight line where two flat parts of a smooth surface meet.
 struct Seam {
   std::array<std::uint32_t, 2> parts;
   std::array<Vector3d, 2> ends;
-  std::array<float, 2> across_m;              // the extents of the parts across it
-  std::array<bool, 2> is_straight;            // whether the part is straight up to it
-  std::uint32_t corner = FacesInParts::none;  // the first of its two
+  std::array<float, 2> across_m;              // extents of the parts across the seam
+  std::array<bool, 2> is_straight;            // whether each part is straight up to the seam
+  std::uint32_t corner = FacesInParts::none;  // first of the two corners at the ends
 
   Seam(const BentEdge& edge, const FacesInParts& faces)
       : parts{faces.part[edge.face], faces.part[edge.other]},
@@ -138,10 +139,10 @@ std::vector<Seam> seams_of(const FacesInParts& faces, std::vector<BentEdge> edge
   return all;
 }
 
-/// How a flat part goes on into its smooth surface.
+/// How the neighbours of a flat part continue its smooth surface.
 struct Surroundings {
-  std::uint32_t curved = 0;            // seams up to which it is not straight
-  std::array<std::uint32_t, 2> seams;  // the first of those
+  std::uint32_t curved = 0;            // number of seams up to which the part is not straight
+  std::array<std::uint32_t, 2> seams;  // the first two of these seams
   bool has_seams = false, strip = false;
 };
 
@@ -185,7 +186,8 @@ class Builder {
         if (around.curved < 2) around.seams[around.curved] = s;
         ++around.curved;
       }
-    // A triangle at the edge of a dome also has two neighbours, but these have three.
+    // A triangle at the edge of a dome also has two neighbours, but they have three neighbours
+    // each, so the triangle is not a strip.
     for (std::uint32_t p = 0; p < around_.size(); ++p) {
       check_stop_();
       Surroundings& around = around_[p];
@@ -210,7 +212,8 @@ class Builder {
   /// The first of the two corners at the ends of a seam.
   std::uint32_t corner_of(Seam& seam) {
     if (seam.corner != FacesInParts::none) return seam.corner;
-    // A chord of a circle is turned against its end by half of what it spans.
+    // A chord of a circle differs in direction from the circle at its end by half of the arc's
+    // angle, so the normal of the shorter part has the larger weight.
     Vector3d normal = Vector3d::Zero();
     for (std::size_t k = 0; k < 2; ++k)
       if (!seam.is_straight[1 - k])
@@ -229,7 +232,7 @@ class Builder {
     if (around.curved == 2) {
       other = corner_of(seams_[around.seams[1]]);
       reversed = seams_[around.seams[1]].way().dot(seam.way()) < 0.0;
-    } else {  // it ends as it begins
+    } else {  // the other side is symmetric to the side with the seam
       const Vector3d normal = part.normal.cast<double>();
       Vector3d across = normal.cross(seam.way()).normalized();
       if (across.dot(part.middle - seam.ends[0]) < 0.0) across = -across;
@@ -248,7 +251,7 @@ class Builder {
   void add_triangles() {
     const auto count = static_cast<std::uint32_t>(faces_.mesh.faces.size());
     const auto first_triangle_corner = static_cast<std::uint32_t>(made_.corners.size());
-    // The corners at a place, of different surfaces, as a list.
+    // A linked list of the corners at one place, which belong to different surfaces.
     struct Listed {
       std::uint32_t surface, next;
       Vector3d normal = Vector3d::Zero();
@@ -312,7 +315,7 @@ class Builder {
 
   void fit_quadrics(const std::vector<bool>& keeps_normal) {
     const std::size_t count = made_.corners.size();
-    // The triangles at each corner.
+    // The triangles at corner i are triangles[first[i]] to triangles[first[i + 1] - 1].
     std::vector<std::uint32_t> first(count + 1, 0), triangles;
     for (const InPart& one : in_parts_)
       if (!one.facet.strip)
@@ -323,7 +326,7 @@ class Builder {
     for (std::uint32_t i = 0; i < in_parts_.size(); ++i)
       if (!in_parts_[i].facet.strip)
         for (std::size_t k = 0; k < 3; ++k) triangles[next[in_parts_[i].facet.corners[k]]++] = i;
-    // Of a corner with very many triangles some are enough.
+    // If a corner has very many triangles, only some of them are used.
     const auto for_triangles_at = [&](std::uint32_t corner, const auto& use) {
       constexpr std::uint32_t enough = 32;
       const std::uint32_t step = 1 + (first[corner + 1] - first[corner]) / enough;
@@ -331,7 +334,8 @@ class Builder {
         for (std::size_t k = 0; k < 3; ++k) use(in_parts_[triangles[i]].facet.corners[k]);
     };
     const std::vector<FacetCorner> before = made_.corners;
-    // The last corner that a corner was a neighbour of, and whose places it was added to.
+    // For each corner, the last corner i of which it was a neighbour, and the last corner i to
+    // whose fit it was added.
     std::vector<std::uint32_t> near_to(count, FacesInParts::none), taken = near_to;
     for (std::uint32_t i = 0; i < count; ++i) {
       check_stop_();
@@ -358,7 +362,7 @@ class Builder {
     }
   }
 
-  /// The mean over the triangles at each corner.
+  /// Sets the curvature at each corner: the mean over its triangles.
   void set_curvatures() {
     std::vector<std::array<double, 2>> sums(made_.corners.size());  // of normals, of places
     for (const InPart& one : in_parts_) {

@@ -15,24 +15,26 @@ struct BentEdge {
   std::uint32_t face, other;
 };
 
-/// What a mesh is made of, for curved_facets().
+/// A mesh with the numbers of its places, flat parts and surfaces, for curved_facets().
 struct FacesInParts {
   const ObjectMesh& mesh;
-  std::span<const std::uint32_t> place;    ///< of a vertex: the same number for those at one place
-  std::span<const std::uint32_t> part;     ///< of a face; none if it has no area
-  std::span<const std::uint32_t> surface;  ///< smooth, of a face
+  std::span<const std::uint32_t> place;    ///< per vertex; equal for vertices at one place
+  std::span<const std::uint32_t> part;     ///< flat part, per face; none if the face has no area
+  std::span<const std::uint32_t> surface;  ///< smooth surface, per face
   static constexpr std::uint32_t none = ~std::uint32_t{0};
 };
 
-/// The facets of the curved surfaces that flat parts stand for. Writes their numbers and the bends
-/// into the flat parts.
+/// The facets of the curved surfaces that flat parts approximate. Writes first_facet, facets and
+/// the bends of the flat parts.
 ///
-/// Where a surface goes on behind an edge, its normal there lies between those of both flat parts.
-/// But a flat part of several faces that is three times as long across an edge as its neighbour is
-/// straight up to there: the side of a box with rounded edges, a cylinder with round ends. The
-/// normals at the corners of triangles are those by Max (J. Graphics Tools 4, 1, 1999), which are
-/// exact for vertices on a sphere, or those of what is straight there. They and the curvatures are
-/// moved to those of the quadric through the vertices around, as far as these lie on one.
+/// Where a smooth surface continues behind an edge, the normal at the edge is between the normals
+/// of the two flat parts. An exception is a flat part of several faces that is three times as long
+/// across the edge as its neighbour: it is straight up to the edge, as the side of a box with
+/// rounded edges or a cylinder with round ends. The normals at the corners of triangles follow Max
+/// (J. Graphics Tools 4, 1, 1999), which is exact for vertices on a sphere. At a corner of a
+/// straight part they are the normals of straight parts. These normals and the curvatures are moved
+/// towards those of a quadric through the vertices around the corner, if the vertices lie close to
+/// a quadric.
 CurvedFacets curved_facets(const FacesInParts& faces, std::vector<BentEdge> edges,
                            std::span<FlatPart> flat_parts, const std::function<void()>& stop_check);
 

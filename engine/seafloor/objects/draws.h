@@ -11,8 +11,8 @@
 
 namespace ensonify::engine {
 
-/// Draws the numbers of a stream one after another. Draw at most one in the arguments of a call:
-/// their order is the compiler's choice.
+/// Draws the numbers of a random stream one after another. Draw at most one number in the arguments
+/// of a call, because the compiler chooses the order of the arguments.
 class Draws {
  public:
   explicit Draws(const RandomStream& stream) : stream_(stream) {}
@@ -21,11 +21,11 @@ class Draws {
     stream_.uniform({&drawn, 1}, next_++);
     return low + (high - low) * drawn;
   }
-  /// True in this share of all cases.
+  /// True with this probability.
   bool chance(double share) { return between(0.0, 1.0) <= share; }
   /// -1 or 1.
   double side() { return chance(0.5) ? -1.0 : 1.0; }
-  /// From 0 to count - 1.
+  /// A whole number from 0 to count - 1.
   int one_of(int count) { return std::min(static_cast<int>(between(0.0, count)), count - 1); }
   Eigen::Vector3d direction() {
     const double z = between(-1.0, 1.0), angle = between(0.0, 2.0 * std::numbers::pi),

@@ -1,10 +1,8 @@
 #include <ensonify/engine/seafloor/objects/flat_parts.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -22,7 +20,7 @@ namespace {
 using Eigen::Matrix3d, Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Sets that grow together; each is named by its lowest member.
+/// Disjoint sets that can be joined (union-find). The name of a set is its lowest member.
 class Sets {
  public:
   explicit Sets(std::size_t count) : parent_(count) {
@@ -41,7 +39,7 @@ class Sets {
   std::vector<std::uint32_t> parent_;
 };
 
-/// A number for each vertex, the same for vertices at one place.
+/// A number for each vertex, equal for vertices at one place.
 std::vector<std::uint32_t> places_of(const ObjectMesh& mesh,
                                      const std::function<void()>& stop_check) {
   const auto at = [&](std::uint32_t v) {
@@ -61,8 +59,8 @@ std::vector<std::uint32_t> places_of(const ObjectMesh& mesh,
   return place;
 }
 
-// From a sonar at r >= D^2 / lambda a rectangle is right for any shape of the length D: pieces of a
-// flat part need not be shorter than this, or than this share of it.
+// From a range of at least D^2 / lambda, a rectangle has the echo of any shape of the length D. So
+// pieces need not be shorter than this length, or than this share of their flat part's length.
 constexpr double shortest_piece_m = 0.05, shortest_piece = 0.05;
 
 using Corners = std::array<Vector3d, 3>;
@@ -71,16 +69,16 @@ double area_m2_of(const Corners& face) {
   return 0.5 * (face[1] - face[0]).cross(face[2] - face[0]).norm();
 }
 
-/// The second moments per area of a flat part about its middle, along two axes in its plane.
+/// The second moments of a flat part about its middle / area, along two axes x and y in its plane.
 struct Moments {
   Vector3d x, y;
   double xx, yy, xy;
   double root_m2() const { return std::sqrt(std::max(xx * yy - xy * xy, 0.0)); }
-  /// Whether they are the same about all axes, as those of a square.
+  /// Whether the moments are equal about all axes, as for a square.
   bool are_equal() const { return std::hypot(xx - yy, 2.0 * xy) < 1e-3 * (xx + yy); }
 };
 
-/// What the faces of a flat part add up to.
+/// Sums over the faces of a flat part.
 struct Sum {
   std::uint32_t faces = 0;
   double area_m2 = 0.0;
@@ -111,9 +109,9 @@ struct Sum {
     const Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
     return {x, y, x.dot(about_middle * x), y.dot(about_middle * y), x.dot(about_middle * y)};
   }
-  /// Whether it has a hole or a bay that neither a rectangle nor an ellipse can stand for. Among
-  /// convex shapes of one area a triangle has the largest product of the moments, (A / 6 sqrt 3)^2:
-  /// what has more is not convex.
+  /// Whether the part has a hole or a bay, so that no rectangle or ellipse can replace it. Among
+  /// convex shapes of one area, a triangle has the largest product of the moments, (A / 6 sqrt
+  /// 3)^2, so a shape with a larger product is not convex.
   bool is_hollow(const Vector3d& normal) const {
     constexpr double rounding = 1.01;
     const double most_convex_m2 = area_m2 / (6.0 * std::numbers::sqrt3);
@@ -125,13 +123,13 @@ struct Sum {
     const double turn = 0.5 * std::atan2(2.0 * moments.xy, moments.xx - moments.yy);
     const Vector3d along = std::cos(turn) * moments.x + std::sin(turn) * moments.y;
     const Vector3d across = normal.cross(along);
-    // A rectangle of length L has the second moment L^2 / 12.
+    // A rectangle of length L has a second moment of L^2 / 12 per area.
     const double shortest = 1e-12 * area_m2;
     const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
                                    std::max(across.dot(spread * across), shortest));
     const double length_m = std::sqrt(area_m2 * ratio), width_m = area_m2 / length_m;
-    // Among shapes of one area, an ellipse has the smallest product of the moments, (A / 4 pi)^2; a
-    // rectangle has (A / 12)^2. The limit is halfway between them.
+    // Among shapes of one area, an ellipse has the smallest product of the moments, (A / 4 pi)^2,
+    // and a rectangle has (A / 12)^2. The limit is halfway between their square roots.
     const bool round = moments.root_m2() < 0.5 * (0.25 / pi + 1.0 / 12.0) * area_m2;
     return {.middle = middle(),
             .normal = normal.cast<float>(),
@@ -139,18 +137,13 @@ struct Sum {
             .across = across.cast<float>(),
             .length_m = static_cast<float>(length_m),
             .width_m = static_cast<float>(width_m),
-            .bend_along_rad = 0.0f,
-            .bend_across_rad = 0.0f,
-            .first_facet = 0,
-            .facets = 0,
             .round = round,
-            .piece = false,
             .surface = surface};
   }
 };
 
-/// Turns the axes of a flat part whose second moments are equal, so that they define none: its
-/// length lies along the edge on which the smallest rectangle around its faces stands.
+/// Turns the axes of a flat part whose second moments are equal and so define no axes. The new axes
+/// are the sides of the smallest rectangle around the faces with a side along one of their edges.
 void turn_to_sides(FlatPart& part, std::span<const Corners> faces) {
   constexpr std::size_t enough = 8;  // faces whose edges are tried
   const Vector3d normal = part.normal.cast<double>();
@@ -171,8 +164,8 @@ void turn_to_sides(FlatPart& part, std::span<const Corners> faces) {
     }
 }
 
-/// What of a face lies on one side of the plane through `place` that is square to `way`: on that of
-/// `way` or, if not `beyond`, on the other.
+/// Adds the part of a face that is on one side of the plane through `place` with the normal `way`.
+/// If `beyond`, this is the side to which `way` points, otherwise the opposite side.
 void add_half(const Corners& face, const Vector3d& place, const Vector3d& way, bool beyond,
               std::vector<Corners>& half) {
   const double sign = beyond ? 1.0 : -1.0;
@@ -190,8 +183,8 @@ void add_half(const Corners& face, const Vector3d& place, const Vector3d& way, b
       half.push_back(part);
 }
 
-/// Halves a hollow flat part across its longer axis until each piece fills its rectangle or is no
-/// longer than that.
+/// Halves a hollow flat part across its longer axis until each piece fills 85 % of the rectangle
+/// around it or is not longer than shortest_m.
 void add_pieces(std::vector<Corners> faces, const Vector3d& normal, std::uint32_t surface,
                 double shortest_m, std::vector<FlatPart>& pieces,
                 const std::function<void()>& stop_check) {
@@ -225,11 +218,11 @@ void add_pieces(std::vector<Corners> faces, const Vector3d& normal, std::uint32_
 
 struct Edge {
   std::uint32_t from, to;
-  std::uint64_t side;  // of all faces, three each
+  std::uint64_t side;  // number of the side: three per face
   std::uint32_t face() const { return static_cast<std::uint32_t>(side / 3); }
 };
 
-/// The edges of all faces that have an area; those at one place are neighbours.
+/// The edges of all faces that have an area. Edges at one place are neighbours in the list.
 std::vector<Edge> sorted_edges(const ObjectMesh& mesh, std::span<const double> areas_m2,
                                std::span<const std::uint32_t> place) {
   std::vector<Edge> edges;
@@ -290,13 +283,13 @@ FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& sto
                       a.face(), b.face()});
   }
   edges = {};                              // large
-  std::vector<std::uint32_t> first_faces;  // of the flat parts
+  std::vector<std::uint32_t> first_faces;  // the lowest face of each flat part
   std::vector<std::uint32_t> part(faces, FacesInParts::none), surface(faces);
   std::vector<Sum> sums;
   for (std::uint32_t f = 0; f < faces; ++f) {
     check_stop();
     if (!(areas_m2[f] > 0.0)) continue;
-    const std::uint32_t first = flat.of(f);  // of the flat part: the lowest
+    const std::uint32_t first = flat.of(f);  // lowest face of the flat part
     if (first == f) {
       part[f] = static_cast<std::uint32_t>(sums.size());
       first_faces.push_back(f);
@@ -310,7 +303,7 @@ FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& sto
   flat_parts.whole.reserve(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i)
     flat_parts.whole.push_back(sums[i].flat_part(normals[first_faces[i]], surface[first_faces[i]]));
-  std::vector<std::uint32_t> parts_of_surface(faces, 0);  // those of a curved surface are not cut
+  std::vector<std::uint32_t> parts_of_surface(faces, 0);  // parts of a curved surface are not cut
   for (const FlatPart& flat_part : flat_parts.whole) ++parts_of_surface[flat_part.surface];
   const auto is_hollow = [&](std::uint32_t i) {
     return parts_of_surface[flat_parts.whole[i].surface] == 1 &&
@@ -319,7 +312,7 @@ FlatParts flat_parts_of(const ObjectMesh& mesh, const std::function<void()>& sto
   const auto is_square = [&](std::uint32_t i) {
     return sums[i].faces > 1 && sums[i].moments(normals[first_faces[i]]).are_equal();
   };
-  std::map<std::uint32_t, std::vector<Corners>> needed;  // the faces of these flat parts
+  std::map<std::uint32_t, std::vector<Corners>> needed;  // faces of square or hollow parts
   for (std::uint32_t i = 0; i < sums.size(); ++i)
     if (is_square(i) || is_hollow(i)) needed[i];
   for (std::uint32_t f = 0; f < faces && !needed.empty(); ++f) {

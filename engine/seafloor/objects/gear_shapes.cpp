@@ -3,12 +3,9 @@
 #include <ensonify/engine/seafloor/objects/shape_family.h>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
-
-}  // namespace
 
 void make_cable_drum(FamilyForm& form) {
   Draws& draws = form.draws;
@@ -17,7 +14,7 @@ void make_cable_drum(FamilyForm& form) {
   const double flange = 0.05 * d, core = r * draws.between(0.35, 0.5),
                full = draws.between(0.0, 1.0);
   const int sides = form.sides(40);
-  // About y first.
+  // The drum is made with its axle along y, and turned below.
   enum { flanges, cable };
   solids.begin_part(flanges);
   for (const double side : {-1.0, 1.0}) {
@@ -46,7 +43,7 @@ void make_cable_drum(FamilyForm& form) {
                  8);
   const bool lying = form.variant == "lying";
   const double lean = radians(draws.between(-8.0, 8.0));
-  // The axle across the heading, or upright.
+  // If the drum lies, the axle is horizontal; otherwise it is upright.
   solids.move(0, lying ? motion(Vector3d::Zero(), pi / 2 + lean, 0.0, 0.0)
                        : motion(Vector3d::Zero(), 0.0, draws.between(0.0, pi), pi / 2));
   if (!lying) solids.move(0, motion(Vector3d::Zero(), 0.0, lean, 0.0));
@@ -85,8 +82,7 @@ void make_mooring(FamilyForm& form) {
   Solids& solids = form.solids;
   const double high = form.size_m,
                size = std::clamp(0.2 * high, 0.4, 1.2) * draws.between(0.7, 1.3);
-  solids.begin_part(sinker);
-  const std::size_t mark = solids.mark();
+  const std::size_t mark = solids.begin_part(sinker);
   if (draws.chance(0.6)) {
     std::vector<std::vector<Vector3d>> rings(2);
     for (const Vector2d& p : {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)})
@@ -98,7 +94,7 @@ void make_mooring(FamilyForm& form) {
     solids.taper(Vector3d::Zero(), {0.0, 0.0, 0.35 * size}, 0.6 * size, 0.5 * size, form.sides());
   }
   rest(solids, mark, draws.between(0.1, 0.6));
-  // The line leans and bends with the current; below it is chain that lies in a heap.
+  // The line bends in the current. Chain lies in a heap around its lower end.
   solids.begin_part(line);
   const double lean = draws.between(0.0, 0.5) * high, turn = draws.between(0.0, 2.0 * pi);
   const double rope = std::clamp(0.008 * high, 0.012, 0.04), r = draws.between(0.05, 0.09) * high;

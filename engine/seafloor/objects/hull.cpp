@@ -23,7 +23,7 @@ double HullLines::top_m(double s) const {
 }
 
 double HullLines::keel_m(double s) const {
-  constexpr double run = 0.2;  // the part of the length over which the keel rises
+  constexpr double run = 0.2;  // share of the length over which the keel rises
   const double u = std::max(0.0, (run - s) / run);
   return stern_rise_m * u * u;
 }
@@ -45,7 +45,8 @@ Vector3d HullLines::point(double s, double t, double inset_m) const {
   const double across = t == 0.0 ? 0.0 : std::cos(angle), down = std::sin(angle);
   const double power = n / (n - 1.0);
   const double norm = std::pow(std::pow(across, power) + std::pow(down, power), 1.0 / n);
-  // Shrunk towards the middle of its top; 1 / (1 + x), so that a narrow section stays one.
+  // The section shrinks towards the middle of its top. The factor 1 / (1 + inset / size) is
+  // positive even for a narrow section.
   const double x =
       std::copysign(std::pow(across, 1.0 / (n - 1.0)) / norm, t) * half / (1.0 + inset_m / half);
   const double z =

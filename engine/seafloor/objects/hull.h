@@ -8,31 +8,31 @@
 
 namespace ensonify::engine {
 
-/// The lines of a ship or boat, y towards its bow, z up from its keel, amidships at y = 0. Sections
-/// are superellipses |x / b|^n + |(top - z) / d|^n = 1 below the gunwale.
+/// The form of the hull of a ship or boat. y points towards the bow and is 0 amidships, z points up
+/// from the keel. Sections are superellipses |x / b|^n + |(top - z) / d|^n = 1 below the gunwale.
 struct HullLines {
   double length_m, beam_m, depth_m;
   double section = 4.0;                        ///< n amidships: 2 is round, 8 is a box
   double end_section = 1.5;                    ///< n at the bow
-  double bow_power = 3.0, stern_power = 3.0;   ///< how late the breadth falls towards the ends
-  double bow_width = 0.04, stern_width = 0.3;  ///< breadth at the ends over the beam
+  double bow_power = 3.0, stern_power = 3.0;   ///< large: full breadth until near the ends
+  double bow_width = 0.04, stern_width = 0.3;  ///< breadth at the ends / beam
   double sheer_m = 0.0;                        ///< rise of the gunwale at the bow
   double stern_rise_m = 0.0;                   ///< rise of the keel at the stern
-  double rake_m = 0.0;                         ///< by which the stem's top lies ahead of its foot
+  double rake_m = 0.0;                         ///< distance of the stem's top ahead of its foot
 
-  // At a share s of the length, 0 at the stern and 1 at the bow.
+  // s is the share of the length: 0 at the stern and 1 at the bow.
   double half_breadth_m(double s) const;  ///< at the gunwale
   double top_m(double s) const;
   double keel_m(double s) const;
   double exponent(double s) const;
   /// The half breadth at a distance below the gunwale.
   double half_breadth_m(double s, double below_top_m) const;
-  /// A point of the section, from the port gunwale (t = -1) by the keel (0) to starboard (1),
-  /// `inset_m` inside of it. Steps of t turn the normal of a round section evenly.
+  /// A point of the section, `inset_m` inside the hull. t is -1 at the port gunwale, 0 at the keel
+  /// and 1 at the starboard gunwale. In a round section, equal steps of t are equal angles.
   Eigen::Vector3d point(double s, double t, double inset_m = 0.0) const;
 };
 
-/// A part of a hull's plating, or a frame in it.
+/// A part of a hull's plating, or a frame of the hull.
 struct HullPlating {
   double from = 0.0, to = 1.0;  ///< shares of the length
   int stations = 24;

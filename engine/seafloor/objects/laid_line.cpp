@@ -6,6 +6,10 @@
 #include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
+#include <ensonify/engine/base/csv_table.h>
+
 namespace ensonify::engine {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -14,9 +18,9 @@ std::vector<double> hang(std::span<const double> along_m, std::span<const double
                          double sag_radius_m) {
   const auto bend = [&](std::size_t i) { return along_m[i] * along_m[i] / (2.0 * sag_radius_m); };
   const auto u = [&](std::size_t i) { return ground_m[i] - bend(i); };
-  std::vector<std::size_t> hull;  // the supports
+  std::vector<std::size_t> hull;  // the points at which the line touches the ground
   for (std::size_t i = 0; i < along_m.size(); ++i) {
-    const auto below = [&](std::size_t a, std::size_t b) {  // b under the chord from a to i
+    const auto below = [&](std::size_t a, std::size_t b) {  // b is under the chord from a to i
       return (u(b) - u(a)) * (along_m[i] - along_m[a]) <= (u(i) - u(a)) * (along_m[b] - along_m[a]);
     };
     while (hull.size() > 1 && below(hull[hull.size() - 2], hull.back())) hull.pop_back();
@@ -37,7 +41,7 @@ std::vector<double> hang(std::span<const double> along_m, std::span<const double
 std::vector<Vector3d> laid_line(std::span<const Vector2d> path, double diameter_m, double step_m,
                                 double sag_radius_m, double lift_m,
                                 const std::function<double(const Vector2d&)>& ground_m) {
-  constexpr std::array offsets = {-0.9, -0.5, 0.0, 0.5, 0.9};  // of the radius, across the tube
+  constexpr std::array offsets = {-0.9, -0.5, 0.0, 0.5, 0.9};  // across the tube / radius
   const double radius_m = 0.5 * diameter_m;
   std::vector<Vector2d> places;
   std::vector<double> along_m, bed_m;
@@ -70,6 +74,24 @@ std::vector<Vector3d> laid_line(std::span<const Vector2d> path, double diameter_
   for (std::size_t i = 0; i < places.size(); ++i)
     line.emplace_back(places[i].x(), places[i].y(), z_m[i] + lift_m);
   return line;
+}
+
+std::vector<Vector2d> read_path(const std::filesystem::path& file) {
+  static constexpr std::array<CsvColumn, 2> path_columns{{{"east_m"}, {"north_m"}}};
+  constexpr CsvFormat path_format{.row = "point", .columns = path_columns, .max_bytes = 4 << 20};
+  constexpr double farthest_m = 1e6;
+  const CsvTable table = CsvTable::read(file, path_format);
+  std::vector<Vector2d> path;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    path.emplace_back(table.at(row, 0), table.at(row, 1));
+    if (path.back().cwiseAbs().maxCoeff() > farthest_m)
+      throw table.fault(row, fmt::format("a point at {}, {}, expected at most {:g} m from 0, 0",
+                                         path.back().x(), path.back().y(), farthest_m));
+  }
+  if (path.size() > 1 && std::ranges::count(path, path.front()) == std::ssize(path))
+    throw table.fault(1, "the same point again, expected two different points or more");
+  if (path.size() < 2) throw table.fault(0, "a single point, expected a path of two or more");
+  return path;
 }
 
 }  // namespace ensonify::engine

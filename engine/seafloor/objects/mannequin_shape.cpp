@@ -28,8 +28,8 @@ void make_mannequin(FamilyForm& form) {
   const int sides = form.sides();
   // Proportions of an adult (Drillis and Contini 1966), lying on the back, the head towards y.
   const double hip = 0.03 * l, shoulder = 0.318 * l, z = 0.06 * l;
-  const double fate = draws.between(0.0, 1.0);
-  const bool on_back = fate < 0.5, on_side = fate >= 0.8;
+  const double drawn = draws.between(0.0, 1.0);
+  const bool on_back = drawn < 0.5, on_side = drawn >= 0.8;
   solids.begin_part(torso);
   std::vector<std::vector<Vector3d>> rings;
   const std::array<Vector3d, 5> trunk{Vector3d(0.07, 0.0, 0.05), Vector3d(0.1, 0.04, 0.06),
@@ -46,8 +46,8 @@ void make_mannequin(FamilyForm& form) {
   solids.ball({0.0, 0.43 * l, z}, 0.065 * l, 3);
   solids.begin_part(limbs);
   for (const double side : {-1.0, 1.0}) {
-    // On a side the limbs lie in front of the body, so that they neither carry it nor stand up from
-    // it; only on the back are knees raised.
+    // If the body lies on a side, the limbs are in front of it, so they neither carry it nor stand
+    // up. Knees are raised only if the body lies on its back.
     const auto spread = [&](double aside, double along, double up) {
       return on_side ? Vector3d(0.0, along, aside + up) : Vector3d(side * aside, along, up);
     };

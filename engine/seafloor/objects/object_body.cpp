@@ -2,37 +2,32 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <stdexcept>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
-#include <ensonify/engine/seafloor/objects/path_reader.h>
+#include <ensonify/engine/seafloor/objects/laid_line.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_table_faces = 4e6;  // for the round bodies of a table, refined for its lobe
+constexpr double max_table_faces = 4e6;  // of all objects of a table after refined()
 constexpr int max_round = 512;           // facets around a body
 
-/// The table with facets of round shapes as small as its material's lobe needs, within the limits
-/// above.
+/// The table with facets of round shapes as small as its material's lobe needs, within the limits.
 ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) {
   const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
   if (!lobe_rad) return table;
   constexpr double finer = 0.87;  // a margin, since facets differ in size
-  // A ball with n facets around it has about n^2 / 1.5 faces, and up to four times that, since
+  // A ball with n facets around it has n^2 / 1.5 faces, and up to four times this number, because
   // edges are only halved.
   const double affordable = std::sqrt(0.375 * max_table_faces / std::max(table.count, 1));
   table.size.facet_rad = std::max(finer * facet_over_lobe * *lobe_rad,
@@ -42,8 +37,8 @@ ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) 
 
 constexpr double far_m = 1e5;  // size of an object up to which floats resolve a centimetre
 
-/// A warning for an object so large that one of its vertices may be misplaced: names the farthest
-/// vertex and the precision that is left.
+/// A warning for an object so large that one of its vertices may be misplaced. The warning names
+/// the farthest vertex and the precision of positions.
 std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
                                              const ObjectOptions& table) {
   const refine::Bounds box = refine::bounds(mesh);
@@ -86,8 +81,8 @@ refine::RepairedMesh repaired(const refine::TriangleMesh& read, const ObjectOpti
   return refine::repair_file(read, table.weld_tolerance_m / table.scale, table.mesh.path);
 }
 
-/// The mesh of a table's file; with a length, scaled so that its longer side seen from above has
-/// it.
+/// The mesh of a table's file. If the table has a length, the mesh is scaled so that its longer
+/// horizontal side has this length.
 refine::TriangleMesh read_fitted(const ObjectOptions& table, const MemoryPlan& plan) {
   refine::TriangleMesh mesh =
       read_mesh_to_repair(table.mesh.path, plan, "use a coarser mesh of the object");
@@ -165,49 +160,49 @@ void add_member(ObjectBody& base, ObjectBody member, const ObjectOptions& option
     base.face_part.push_back(static_cast<std::uint16_t>(part + parts));
 }
 
-BodySource::BodySource(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
+BodySource::BodySource(const ObjectOptions& table, std::size_t its_number, std::uint64_t seed,
                        const BedGrid& bed, std::span<const Material> materials,
                        const MemoryPlan& plan)
-    : options_(refined(options, materials)), number_(number), seed_(seed) {
-  const std::string name = options.shape.empty() ? options.mesh.path.string() : options.shape;
-  what_ = options.shape.empty() ? name : fmt::format("objects.{} ({})", number, name);
-  if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
-  if (options.shape.empty()) {
-    const refine::TriangleMesh read = read_fitted(options, plan);
-    warning_ = warning_of_extent(read, options);
-    if (!warning_) warning_ = warning_of_size(read, options, bed);
-    if (warning_) what_ = *warning_;
-    refine::RepairedMesh sound = repaired(read, options);
+    : options(refined(table, materials)), number(its_number), seed_(seed) {
+  what = table.shape.empty() ? table.mesh.path.string()
+                             : fmt::format("objects.{} ({})", number, table.shape);
+  if (!options.path_file.path.empty()) options.path = read_path(options.path_file.path);
+  if (table.shape.empty()) {
+    const refine::TriangleMesh read = read_fitted(table, plan);
+    warning = warning_of_extent(read, table);
+    if (!warning) warning = warning_of_size(read, table, bed);
+    if (warning) what = *warning;
+    refine::RepairedMesh sound = repaired(read, table);
     mesh_ = std::move(sound.mesh);
     open_ = !refine::encloses_volume(mesh_);
-    report_ = sound.report;
+    report = sound.report;
   }
 }
 
 bool BodySource::is_line() const {
-  return !options_.shape.empty() && shape_named(options_.shape).along_path;
+  return !options.shape.empty() && shape_named(options.shape).along_path;
 }
 
 ObjectBody BodySource::body(std::size_t copy) const {
-  ObjectBody body{.mesh = {}, .parts = parts_of(options_), .face_part = {}};
-  if (options_.shape.empty()) {
+  ObjectBody body{.mesh = {}, .parts = parts_of(options), .face_part = {}};
+  if (options.shape.empty()) {
     body.mesh = mesh_;
     body.parts.front().two_sided = open_;
   } else if (!is_line()) {
     const RandomStream form =
-        options_.shape_seed ? RandomStream(*options_.shape_seed, Purpose::object_shape, {0, copy})
-                            : RandomStream(seed_, Purpose::object_shape, {number_, copy});
+        options.shape_seed ? RandomStream(*options.shape_seed, Purpose::object_shape, {0, copy})
+                           : RandomStream(seed_, Purpose::object_shape, {number, copy});
     try {
-      const ShapeKind& kind = shape_named(options_.shape);
-      ShapeBody made = make_body(kind, options_.size, form, options_.variant);
+      const ShapeKind& kind = shape_named(options.shape);
+      ShapeBody made = make_body(kind, options.size, form, options.variant);
       body.mesh = std::move(made.mesh);
-      const bool depth_given = options_.burial || options_.height_m;
+      const bool depth_given = options.burial || options.height_m;
       if (kind.several || !depth_given) body.sunk_m = made.sunk_m;
-      // Part 0 is the object's own label, and those of the shape follow.
+      // Part 0 is the whole object, and the parts of the shape follow.
       for (const std::uint8_t part : made.face_part)
         body.face_part.push_back(static_cast<std::uint16_t>(part + 1));
     } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument(fmt::format("{}: {}", what_, error.what()));
+      throw std::invalid_argument(fmt::format("{}: {}", what, error.what()));
     }
   }
   const bool one_of_several = body.parts.size() > 1;

@@ -15,21 +15,21 @@
 
 namespace ensonify::engine {
 
-/// What some faces of an object are labelled as.
+/// Class and material of some faces of an object.
 struct ObjectPart {
   std::string class_name, material;
-  bool two_sided = false;  ///< as in Label; a shape's outside is known
+  bool two_sided = false;  ///< as in Label; never true for a shape
   bool operator==(const ObjectPart&) const = default;
 };
 
-/// The parts that a table's object can have; the first is its own label.
+/// The parts that a table's object can have. The first has the object's own class and material.
 std::vector<ObjectPart> parts_of(const ObjectOptions& table);
 
-/// The body of a table alone, in metres about its middle: the mesh of a file, repaired and scaled,
-/// or the mesh of a shape with facets as small as its material's lobe needs. The form of a shape
-/// without a seed of its own follows from `seed` and `number`. Throws refine::MeshError for a mesh
-/// that cannot be read, std::invalid_argument for sizes that contradict one another and for shapes
-/// that are laid along a path.
+/// The body of a table without a bed, in metres about its middle: the mesh of a file, repaired and
+/// scaled, or the mesh of a shape with facets as small as the lobe of its material needs. If the
+/// table has no shape_seed, the form of a shape follows from `seed` and `number`. Throws
+/// refine::MeshError for a mesh that cannot be read, std::invalid_argument for sizes that
+/// contradict one another and for shapes that are laid along a path.
 refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
                              std::span<const Material> materials = {}, std::uint64_t number = 0);
 
@@ -38,43 +38,39 @@ struct ObjectBody {
   refine::TriangleMesh mesh;
   std::vector<ObjectPart> parts;
   std::vector<std::uint16_t> face_part;  ///< one per face
-  double sunk_m = 0.0;                   ///< as ShapeBody's
+  double sunk_m = 0.0;                   ///< as in ShapeBody
 };
 
-/// Moves a body's middle to x = y = 0, and the bed as it is meant to z = 0.
+/// Moves a body's middle to x = y = 0, and the bed into which it is sunk by sunk_m to z = 0.
 void centre(ObjectBody& body);
-/// Adds a member of an assembly to its base, which is centred.
+/// Adds a member of an assembly to the assembly's base, which must be centred.
 void add_member(ObjectBody& base, ObjectBody member, const ObjectOptions& options);
 
 /// Makes the bodies of one of the scene's [[objects]] tables.
-class BodySource {
- public:
-  /// Reads and repairs the mesh of a file. Throws as mesh_of(), and MemoryError for a mesh that
-  /// does not fit.
-  BodySource(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
+struct BodySource {
+  ObjectOptions options;
+  std::size_t number;
+  std::string what;  ///< the name of the table in messages
+  std::optional<refine::RepairReport> report;
+  /// A warning of a mesh so large that a vertex may be misplaced, or wider than the bed.
+  std::optional<std::string> warning;
+
+  /// Reads and repairs the mesh of a file. Throws what mesh_of() throws, and MemoryError.
+  BodySource(const ObjectOptions& table, std::size_t its_number, std::uint64_t seed,
              const BedGrid& bed, std::span<const Material> materials, const MemoryPlan& plan);
 
-  const ObjectOptions& options() const { return options_; }
-  std::size_t number() const { return number_; }
-  /// What messages call it.
-  const std::string& what() const { return what_; }
-  const std::optional<refine::RepairReport>& report() const { return report_; }
-  /// About a mesh so large that a vertex may be misplaced, or that is wider than the bed.
-  const std::optional<std::string>& warning() const { return warning_; }
+  /// The shape, or the name of the mesh's file without its folder.
+  std::string name() const {
+    return options.shape.empty() ? options.mesh.path.filename().string() : options.shape;
+  }
   bool is_line() const;
-
-  /// Copy number `copy`; of a line, only its labels.
+  /// The body with number `copy`. The body of a line has labels only.
   ObjectBody body(std::size_t copy) const;
 
  private:
-  ObjectOptions options_;
-  std::size_t number_;
   std::uint64_t seed_;
-  std::string what_;
   refine::TriangleMesh mesh_;  // of a file
-  bool open_ = false;          // it encloses no volume
-  std::optional<refine::RepairReport> report_;
-  std::optional<std::string> warning_;
+  bool open_ = false;          // whether mesh_ encloses no volume
 };
 
 }  // namespace ensonify::engine

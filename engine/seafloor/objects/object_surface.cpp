@@ -3,30 +3,26 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-}  // namespace
-
 FlatPartBlock::FlatPartBlock(std::span<const FlatPart> flat_parts, const CurvedFacets& curved,
                              std::size_t its_first, std::size_t its_count)
     : first(its_first), count(its_count) {
-  constexpr double rounding = 1e-5;  // more than that of the normals and axes
+  constexpr double rounding = 1e-5;  // more than the rounding of normals and axes
   const std::span<const FlatPart> own = flat_parts.subspan(first, count);
   for (const FlatPart& flat_part : own) {
     middle += flat_part.middle / static_cast<double>(count);
     axis += flat_part.normal.cast<double>();
   }
   axis = axis.norm() > 0.0 ? axis.normalized() : Vector3d::UnitZ();
-  double bulge_m = 0.0;  // of the surface beyond its facets, at most
+  double bulge_m = 0.0;  // greatest distance of the curved surface beyond its facets
   const auto turn_rad = [&](const Eigen::Vector3f& normal) {
     const double cosine = axis.dot(normal.cast<double>().normalized());
     return std::acos(std::clamp(cosine, -1.0, 1.0)) + rounding;
@@ -65,7 +61,7 @@ bool FlatPartBlock::may_face(const Vector3d& from, double reach, bool two_sided)
   const Vector3d way = from - middle;
   const double distance_m = way.norm();
   if (distance_m <= radius_m || reach >= 1.0) return true;
-  // Bounds without a transcendental function: asin x <= x + (pi / 2 - 1) x^3 for 0 <= x <= 1, and
+  // The bounds need no transcendental function: asin x <= x + (pi / 2 - 1) x^3 for 0 <= x <= 1, and
   // cos x >= 1 - x^2 / 2.
   const auto max_asin = [](double x) { return x + (0.5 * pi - 1.0) * x * x * x; };
   const double angle_rad = cone_rad + max_asin(radius_m / distance_m) + max_asin(reach);
@@ -77,7 +73,7 @@ ObjectSurface::ObjectSurface(const ObjectMesh& mesh, std::uint16_t its_label,
                              const std::function<void()>& stop_check)
     : label(its_label) {
   FlatParts found = flat_parts_of(mesh, stop_check);
-  corners = right_corners(found.whole, stop_check);  // a piece shows less of an edge than the whole
+  corners = right_corners(found.whole, stop_check);  // a piece has only a part of an edge
   curved = std::move(found.curved);
   flat_parts = std::move(found).in_pieces();
   const Eigen::AlignedBox3d box = mesh.box();
@@ -144,12 +140,12 @@ double nearest_flat_part_m(std::span<const ObjectSurface> objects, const Vector3
 
 std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads,
                                            const std::function<void()>& stop_check) {
-  struct Part {  // of an object: its faces of one label
+  struct Part {  // the faces of an object that have one label
     const ObjectMesh* mesh = nullptr;
     std::vector<refine::Face> faces;
   };
   std::vector<Part> parts(seafloor.labels.size());
-  auto number = static_cast<std::uint32_t>(seafloor.bed_faces);  // of a face
+  auto number = static_cast<std::uint32_t>(seafloor.bed_faces);  // number of a face
   for (const ObjectMesh& mesh : seafloor.object_meshes)
     for (const refine::Face& face : mesh.faces) {
       Part& part = parts[seafloor.label_of(number++)];
@@ -159,19 +155,14 @@ std::vector<ObjectSurface> object_surfaces(const Seafloor& seafloor, int threads
   std::vector<std::uint16_t> labels;  // of objects
   for (std::size_t label = 0; label < parts.size(); ++label)
     if (parts[label].mesh) labels.push_back(static_cast<std::uint16_t>(label));
-  std::vector<std::optional<ObjectSurface>> made(labels.size());
+  std::vector<ObjectSurface> objects(labels.size());
   refine::parallel_for(labels.size(), threads, [&](std::size_t i, int) {
     if (stop_check) stop_check();
     Part& part = parts[labels[i]];
-    ObjectMesh own;
-    own.positions = part.mesh->positions;
+    ObjectMesh own = *part.mesh;
     own.faces = std::move(part.faces);
-    own.place = part.mesh->place;
-    own.rounding_m = part.mesh->rounding_m;
-    made[i].emplace(own, labels[i], stop_check);
+    objects[i] = ObjectSurface(own, labels[i], stop_check);
   });
-  std::vector<ObjectSurface> objects;
-  for (std::optional<ObjectSurface>& surface : made) objects.push_back(std::move(*surface));
   return objects;
 }
 

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -20,7 +15,6 @@
 #include <ensonify/engine/base/scene_error.h>
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/seafloor/objects/facets.h>
-#include <ensonify/engine/seafloor/objects/object_body.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
@@ -33,42 +27,29 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int max_tries = 1000;
 
-/// What all tables need, and the faces of the objects so far.
-class Placing {
- public:
-  Placing(std::uint64_t its_seed, const BedGrid& its_bed, std::span<const Material> its_materials,
-          const MemoryPlan& its_plan, const WorkControl& control)
-      : seed(its_seed),
-        bed(its_bed),
-        materials(its_materials),
-        plan(its_plan),
-        threads(control.threads),
-        stop_check_(control.stop_check) {}
-
+/// What all tables need to place their objects, and the number of faces of the objects so far.
+struct Placing {
   const std::uint64_t seed;
   const BedGrid& bed;
   const std::span<const Material> materials;
   const MemoryPlan& plan;
-  const int threads;
+  const WorkControl& control;
+  double faces_so_far = 0.0, checked_faces = 0.0;
 
-  /// Call it before each object is set down. `faces`: of that object.
+  /// Counts the faces of an object before it is set down. Throws MemoryError if they do not fit.
   void take(std::size_t faces, const std::string& what) {
-    if (stop_check_) stop_check_();
-    constexpr double faces_between = 1e5;  // of two looks at the memory in use, which take a while
+    control.check_stop();
+    constexpr double faces_between = 1e5;  // between two checks of the memory, which are slow
     const auto more = static_cast<double>(faces);
-    if (faces_ + more >= checked_ + faces_between) {
-      require_object_fits(more, faces_, what, plan);
-      checked_ = faces_ + more;
+    if (faces_so_far + more >= checked_faces + faces_between) {
+      require_object_fits(more, faces_so_far, what, plan);
+      checked_faces = faces_so_far + more;
     }
-    faces_ += more;
+    faces_so_far += more;
   }
-
- private:
-  const std::function<void()>& stop_check_;
-  double faces_ = 0.0, checked_ = 0.0;
 };
 
-/// Leaves the first part, the object's own label, and those different ones that faces have.
+/// Removes the parts that no face has and parts that are equal. The first part stays.
 void merge_parts(PlacedObjects::One& object) {
   std::vector<ObjectPart> parts{object.parts.front()};
   std::vector<std::optional<std::uint16_t>> numbers(object.parts.size());
@@ -87,28 +68,27 @@ void merge_parts(PlacedObjects::One& object) {
 /// Makes the objects of one of the scene's [[objects]] tables, or of an assembly of several.
 class Table {
  public:
-  /// `members` are the numbers of the tables that belong to table `number`, which is one of them.
+  /// `members` are the numbers of the tables of the assembly, with the base `number` first.
   Table(std::span<const ObjectOptions> tables, std::size_t number,
         std::span<const std::size_t> members, Placing& placing)
-      : number_(number), seed_(placing.seed), bed_(placing.bed), placing_(placing) {
+      : number_(number), placing_(placing) {
     for (const std::size_t member : members) {
       ObjectOptions options = tables[member];
-      options.count = tables[number].count;  // an assembly's members are as many as its base
+      options.count = tables[number].count;  // the base has the count of the whole assembly
       sources_.emplace_back(options, member, placing.seed, placing.bed, placing.materials,
                             placing.plan);
     }
-    options_ = base().options();
-    what_ = base().what();
+    options_ = base().options;
   }
 
   const std::vector<BodySource>& sources() const { return sources_; }
 
-  PlacedObjects::One one(std::size_t number, Layout& layout) const {
+  PlacedObjects::One one(Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
-    const ObjectBody body = body_of(number);
-    placing_.take(body.mesh.faces.size(), what_);  // a line has few
+    const ObjectBody body = body_of(0);
+    placing_.take(body.mesh.faces.size(), base().what);  // 0 for a line, which has few
     PlacedObjects::One placed =
-        set_down_at(body, spot, number);  // first, since it refuses a line that is too long
+        set_down_at(body, spot, 0);  // before discs(), because it refuses too long lines
     layout.take(discs(body.mesh, spot));
     return placed;
   }
@@ -116,7 +96,7 @@ class Table {
   std::vector<PlacedObjects::One> many(Layout& layout) const {
     const PlacementArea area = area_of();
     const auto count = static_cast<std::size_t>(options_.count);
-    const std::size_t at_once = 2 * static_cast<std::size_t>(placing_.threads);
+    const std::size_t at_once = 2 * static_cast<std::size_t>(placing_.control.threads);
     std::vector<PlacedObjects::One> all(count);
     std::vector<ObjectBody> bodies;
     std::vector<Spot> spots;
@@ -124,20 +104,20 @@ class Table {
       const std::size_t some = std::min(at_once, count - first);
       bodies.assign(some, {});
       spots.clear();
-      refine::parallel_for(some, placing_.threads,
+      refine::parallel_for(some, placing_.control.threads,
                            [&](std::size_t i, int) { bodies[i] = body_of(first + i); });
-      // One after another, because each keeps its distance from those before it.
+      // One after another, because each object keeps its distance from earlier objects.
       for (std::size_t i = 0; i < some; ++i) {
         const std::optional<Spot> spot = find_room(bodies[i].mesh, first + i, area, layout);
         if (!spot)
           throw refine::MeshError(fmt::format(
               "{}: only {} of {} objects found room after {} tries each; use fewer or smaller "
               "objects, a smaller gap_m or margin_m, or a larger area over the seafloor",
-              what_, first + i, options_.count, max_tries));
-        placing_.take(bodies[i].mesh.faces.size(), what_);
+              base().what, first + i, options_.count, max_tries));
+        placing_.take(bodies[i].mesh.faces.size(), base().what);
         spots.push_back(*spot);
       }
-      refine::parallel_for(some, placing_.threads, [&](std::size_t i, int) {
+      refine::parallel_for(some, placing_.control.threads, [&](std::size_t i, int) {
         all[first + i] = set_down_at(bodies[i], spots[i], first + i);
       });
     }
@@ -155,19 +135,20 @@ class Table {
     centre(body);
     for (std::size_t i = 1; i < sources_.size(); ++i) {
       ObjectBody member = sources_[i].body(copy);
-      // The whole object has the class of its base, unless its parts have their own classes.
+      // The whole object has the class of its base, unless its parts have separate classes.
       if (!options_.part_classes)
         for (ObjectPart& part : member.parts) part.class_name = options_.class_name;
-      add_member(body, std::move(member), sources_[i].options());
+      add_member(body, std::move(member), sources_[i].options);
     }
     body.sunk_m = std::max(0.0, -double(refine::bounds(body.mesh).lowest.z()));
     return body;
   }
 
   PlacedObjects::One set_down_at(const ObjectBody& body, const Spot& spot, std::size_t copy) const {
-    const RandomStream burial(seed_, Purpose::object_burial, {number_, copy});
-    SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_, burial)
-                               : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
+    const BedGrid& bed = placing_.bed;
+    const RandomStream burial(placing_.seed, Purpose::object_burial, {number_, copy});
+    SetDown placed = is_line() ? lay_down(options_, spot, bed, base().what, burial)
+                               : set_down(body.mesh, options_, spot, bed, base().what, body.sunk_m);
     const Eigen::AlignedBox3d box = placed.mesh.box();
     const Vector3d middle_m = placed.mesh.place + box.center();
     PlacedObjects::One object{.mesh = placed.mesh.in_floats(),
@@ -184,8 +165,7 @@ class Table {
     return object;
   }
 
-  /// The part of the bed that an object covers: discs along the longer side of its bounding
-  /// rectangle.
+  /// What an object covers of the bed: discs along the longer side of its bounding rectangle.
   std::vector<Disc> discs(const refine::TriangleMesh& mesh, const Spot& spot) const {
     const Eigen::Rotation2Dd turn(-spot.heading_rad);
     const Vector2d place(spot.east_m, spot.north_m);
@@ -227,7 +207,7 @@ class Table {
     if (!options_.area.empty()) return PlacementArea(options_.area);
     if (options_.area_radius_m > 0.0)
       return PlacementArea(Disc{{options_.east_m, options_.north_m}, options_.area_radius_m});
-    const refine::Bounds box = bed_.bounds();
+    const refine::Bounds box = placing_.bed.bounds();
     const Vector2d low = box.lowest.head<2>().cast<double>(),
                    high = box.highest.head<2>().cast<double>();
     return PlacementArea({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
@@ -236,14 +216,14 @@ class Table {
   std::optional<Spot> find_room(const refine::TriangleMesh& mesh, std::size_t number,
                                 const PlacementArea& area, Layout& layout) const {
     std::array<double, 2> drawn{};
-    RandomStream(seed_, Purpose::object_place, {number_, number, 1}).uniform(drawn);
+    RandomStream(placing_.seed, Purpose::object_place, {number_, number, 1}).uniform(drawn);
     Spot spot;
     spot.heading_rad = options_.heading_rad + (2.0 * drawn[0] - 1.0) * options_.heading_spread_rad;
     spot.scale = options_.scale *
                  (options_.scale_min + drawn[1] * (options_.scale_max - options_.scale_min));
     const std::vector<Disc> own = discs(mesh, spot);  // about the origin
     std::vector<Disc> moved = own;
-    const RandomStream places(seed_, Purpose::object_place, {number_, number, 0});
+    const RandomStream places(placing_.seed, Purpose::object_place, {number_, number, 0});
     for (std::uint64_t k = 0; k < max_tries; ++k) {
       places.uniform(drawn, 2 * k);
       const Vector2d place = area.at(drawn[0], drawn[1]);
@@ -263,7 +243,7 @@ class Table {
   bool is_over_bed(const Disc& disc) const {
     constexpr int rim_points = 8;
     const auto finite = [&](const Vector2d& p) {
-      return std::isfinite(bed_.height_m(p.x(), p.y()));
+      return std::isfinite(placing_.bed.height_m(p.x(), p.y()));
     };
     if (!finite(disc.middle)) return false;
     for (int k = 0; k < rim_points; ++k)
@@ -274,20 +254,17 @@ class Table {
   }
 
   std::vector<BodySource> sources_;  // the base first
-  ObjectOptions options_;            // the base's
+  ObjectOptions options_;            // options of the base
   std::size_t number_;
-  std::uint64_t seed_;
-  const BedGrid& bed_;
   Placing& placing_;
-  std::string what_;
 };
 
-/// Collects bodies whose facets are too wide for their material's lobe; warns of the worst one.
+/// Counts bodies whose facets are too wide for their material's lobe, and warns of the worst one.
 class CoarseFacets {
  public:
   void look_at(const BodySource& source, const ObjectMesh& mesh,
                std::span<const Material> materials) {
-    const ObjectOptions& table = source.options();
+    const ObjectOptions& table = source.options;
     const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
     if (!lobe_rad) return;
     const double facet_rad = facet_angle_rad(mesh);
@@ -295,14 +272,12 @@ class CoarseFacets {
     ++count_;
     if (facet_rad / *lobe_rad <= worst_) return;
     worst_ = facet_rad / *lobe_rad;
-    const bool is_mesh = table.shape.empty();
     what_ = fmt::format(
         "objects.{} ({}): neighbouring facets differ by {:.2g} degrees, too much for the lobe of "
         "{}, {:.2g} degrees wide: it is bright from some sides and invisible from others; use {}a "
         "material with a lobe_width_deg of {:.2g} or more",
-        source.number(), is_mesh ? table.mesh.path.filename().string() : table.shape,
-        facet_rad / degree, table.material, *lobe_rad / degree,
-        is_mesh              ? fmt::format("a mesh with facets of {:.2g} degrees or less, or ",
+        source.number, source.name(), facet_rad / degree, table.material, *lobe_rad / degree,
+        table.shape.empty()  ? fmt::format("a mesh with facets of {:.2g} degrees or less, or ",
                                            facet_over_lobe * *lobe_rad / degree)
         : table.size.facet_m ? "a smaller facet_m, or "
         : table.count > 0    ? "fewer objects, or "
@@ -332,8 +307,8 @@ double mean_edge_m(const ObjectMesh& mesh) {
   return sum_m / (3.0 * static_cast<double>(mesh.faces.size()));
 }
 
-/// A warning of objects that lie so far from the seabed's middle that floats turn their facets; it
-/// names the one that lies farthest.
+/// A warning of objects so far from the seabed's middle that the rounding of floats turns their
+/// facets. The warning names the farthest object.
 std::optional<std::string> warning_of_distance(const BodySource& source,
                                                std::span<const PlacedObjects::One> objects) {
   constexpr double most_turned = 0.1;  // rad, about 6 degrees
@@ -349,10 +324,7 @@ std::optional<std::string> warning_of_distance(const BodySource& source,
       "objects.{} ({}): lies {:.3g} km from the middle of the seabed, where vertices are {:.2g} m "
       "apart, and the edges of its facets are {:.2g} m long: rays meet a rougher shape there, "
       "although its glints stay right; use larger facets, or a seabed whose middle is nearer",
-      source.number(),
-      source.options().shape.empty() ? source.options().mesh.path.filename().string()
-                                     : source.options().shape,
-      1e-3 * double(off), step_m, edge_m);
+      source.number, source.name(), 1e-3 * double(off), step_m, edge_m);
 }
 
 }  // namespace
@@ -380,7 +352,7 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
                             const BedGrid& bed, std::span<const Material> materials,
                             const MemoryPlan& plan, const WorkControl& control) {
   PlacedObjects placed;
-  Placing placing(seed, bed, materials, plan, control);
+  Placing placing{seed, bed, materials, plan, control};
   CoarseFacets coarse;
   Layout layout;
   std::vector<std::vector<PlacedObjects::One>> of_table(tables.size());
@@ -390,14 +362,13 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
   const auto place_table = [&](std::size_t t) {
     const Table table(tables, t, members[t], placing);
     for (const BodySource& source : table.sources()) {
-      if (source.report())
-        placed.repairs.emplace_back(source.options().mesh.path, *source.report());
-      if (source.warning()) placed.warnings.push_back(*source.warning());
+      if (source.report) placed.repairs.emplace_back(source.options.mesh.path, *source.report);
+      if (source.warning) placed.warnings.push_back(*source.warning);
     }
     if (tables[t].count > 0)
       of_table[t] = table.many(layout);
     else
-      of_table[t].push_back(table.one(0, layout));
+      of_table[t].push_back(table.one(layout));
     if (of_table[t].empty()) return;
     if (auto warning = warning_of_distance(table.sources().front(), of_table[t]))
       placed.warnings.push_back(std::move(*warning));

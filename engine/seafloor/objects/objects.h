@@ -29,28 +29,27 @@ struct PlacedObjects {
     std::vector<ObjectPart> parts;         ///< all different; number 0 is the object's own label
     std::vector<std::uint16_t> face_part;  ///< number of each face's part; empty: all 0
   };
-  std::vector<One> objects;  ///< in the order of the tables, those of one table by number
+  std::vector<One> objects;  ///< in the order of the tables, and by number within a table
   /// One per mesh file.
   std::vector<std::pair<std::filesystem::path, refine::RepairReport>> repairs;
-  /// About meshes so large that a vertex may be misplaced, facets too coarse for their material's
-  /// lobe, and objects so far away that floats turn their facets.
+  /// Warnings of meshes so large that a vertex may be misplaced, of facets too coarse for the lobe
+  /// of their material, and of objects so far away that the rounding of floats turns their facets.
   std::vector<std::string> warnings;
 };
 
-/// For each table the number of the one whose object it belongs to: of its assembly's first table,
-/// or its own.
+/// For each table the number of the first table of its assembly, or the table's own number.
 std::vector<std::size_t> bases_of(std::span<const ObjectOptions> tables);
 
-/// The number of objects that the tables make; an assembly is one.
+/// The number of objects that the tables make. An assembly is one object.
 std::size_t count_of(std::span<const ObjectOptions> tables);
 
 /// Reads, makes and sets down the objects of every table or assembly. Objects with a given place
-/// come first; then those at random places, which keep their distance from all earlier ones. Object
-/// k of table t draws its place, heading and size from its own random streams, so another table
-/// changes them only if its objects occupy the place. Throws SceneError with the scene's key of the
-/// table at fault, for a mesh or path that cannot be read, for a place without a bed below it, for
-/// objects that find no room and for sizes that contradict one another; MemoryError for a mesh or
-/// objects that do not fit. Does not depend on the number of threads.
+/// are set down first. Then objects at random places are set down, which keep their distance from
+/// all earlier objects. Object k of table t draws its place, heading and size from separate random
+/// streams, so another table changes them only if its objects occupy the place. Throws SceneError,
+/// with the scene's key of the table, for a mesh or path that cannot be read, for a place without a
+/// bed below it, for objects that find no room and for sizes that contradict one another;
+/// MemoryError for a mesh or objects that do not fit. The number of threads does not matter.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {},
                             const MemoryPlan& plan = {}, const WorkControl& control = {});

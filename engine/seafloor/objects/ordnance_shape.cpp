@@ -8,10 +8,11 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
-/// A profile with a cylinder from `back` to `front` and a nose of `nose_m` ahead of it: an ogive
-/// (blunt = 0) or half an ellipse (1).
-std::vector<Vector2d> with_nose(double r, double back, double front, double nose_m, bool ogive) {
-  std::vector<Vector2d> profile{Vector2d(r, back)};
+/// Adds to a profile a cylinder from `back` to `front` and, ahead of it, a nose of the length
+/// `nose_m`: an ogive or half an ellipse.
+std::vector<Vector2d> with_nose(std::vector<Vector2d> profile, double r, double back, double front,
+                                double nose_m, bool ogive) {
+  profile.emplace_back(r, back);
   constexpr int steps = 7;
   for (int k = 0; k <= steps; ++k) {
     const double u = double(k) / steps;
@@ -21,7 +22,7 @@ std::vector<Vector2d> with_nose(double r, double back, double front, double nose
   return profile;
 }
 
-/// Sunk in, with a tilt of its axis.
+/// Turns what was made about its axis, tilts the axis, and sinks it into the bed.
 void lie(FamilyForm& form, double min_sunk, double max_sunk, double tilt_deg) {
   Draws& draws = form.draws;
   const double tilt = radians(draws.between(-tilt_deg, tilt_deg));
@@ -30,7 +31,7 @@ void lie(FamilyForm& form, double min_sunk, double max_sunk, double tilt_deg) {
   rest(form.solids, 0, draws.between(min_sunk, max_sunk));
 }
 
-/// Tilted about both horizontal axes and sunk in.
+/// Tilts what was made about both horizontal axes, and sinks it into the bed.
 void tilt_and_sink(FamilyForm& form, double tilt_deg, double max_sunk) {
   const double about_y = radians(form.draws.between(-tilt_deg, tilt_deg));
   const double about_x = radians(form.draws.between(-tilt_deg, tilt_deg));
@@ -40,18 +41,38 @@ void tilt_and_sink(FamilyForm& form, double tilt_deg, double max_sunk) {
 
 enum OrdnancePart { ordnance_body, ordnance_tail };
 
-void fins(FamilyForm& form, int count, double y, double chord, double r, double reach) {
+/// A tapered fin. `root` is the middle of the root chord, `out` the unit vector from root to tip.
+void fin(Solids& solids, const Vector3d& root, const Vector3d& out, double span_m,
+         double root_chord_m) {
+  constexpr int stations = 5, points = 14;
+  // Tangent of the angle by which the middle line is swept back; thickness / chord.
+  constexpr double sweep = 0.3, thickness = 0.06;
+  const double tip_chord_m = 0.7 * root_chord_m;
+  const Vector3d along = Vector3d::UnitY(), up = out.cross(along).normalized();
+  std::vector<std::vector<Vector3d>> rings;
+  for (int i = 0; i <= stations; ++i) {
+    const double u = double(i) / stations;
+    const double chord = root_chord_m + (tip_chord_m - root_chord_m) * u;
+    std::vector<Vector3d>& ring = rings.emplace_back();
+    for (int k = 0; k < points; ++k) {
+      const double angle = 2.0 * pi * k / points;
+      // Thickest at about two fifths of the chord from the leading edge.
+      const double y = 0.5 * chord * std::cos(angle);
+      const double z = 0.5 * thickness * chord * std::sin(angle) * (0.75 + 0.25 * std::cos(angle));
+      ring.emplace_back(root + span_m * (u * out - sweep * u * along) + y * along + z * up);
+    }
+  }
+  solids.skin(rings);
+}
+
+void fins(FamilyForm& form, double y, double chord, double r, double reach) {
+  constexpr int count = 4;
   const double turn = form.draws.between(0.0, pi);
   for (int k = 0; k < count; ++k) {
     if (form.draws.chance(0.08)) continue;  // lost
     const double angle = turn + 2.0 * pi * k / count;
-    add_fin(form.solids, {.root = {0.3 * r * std::cos(angle), y, 0.3 * r * std::sin(angle)},
-                          .out = {std::cos(angle), 0.0, std::sin(angle)},
-                          .span_m = reach,
-                          .root_chord_m = chord,
-                          .tip_chord_m = 0.7 * chord,
-                          .sweep = 0.3,
-                          .thickness = 0.06});
+    const Vector3d out(std::cos(angle), 0.0, std::sin(angle));
+    fin(form.solids, {0.3 * r * out.x(), y, 0.3 * r * out.z()}, out, reach, chord);
   }
 }
 
@@ -70,16 +91,15 @@ void bomb(FamilyForm& form) {
   const double l = form.size_m > 0.0 ? form.size_m : draws.between(1.0, 2.4);
   const double r = 0.5 * l * draws.between(0.19, 0.27);
   solids.begin_part(ordnance_body);
-  std::vector<Vector2d> profile{Vector2d(0.25 * r, -0.4 * l), Vector2d(0.6 * r, -0.28 * l),
-                                Vector2d(0.9 * r, -0.16 * l)};
-  for (const Vector2d& p : with_nose(r, -0.08 * l, 0.22 * l, 0.28 * l, draws.chance(0.6)))
-    profile.push_back(p);
-  turned(solids, profile, form.sides(24));
+  turned(solids,
+         with_nose({{0.25 * r, -0.4 * l}, {0.6 * r, -0.28 * l}, {0.9 * r, -0.16 * l}}, r, -0.08 * l,
+                   0.22 * l, 0.28 * l, draws.chance(0.6)),
+         form.sides(24));
   for (const double y : {-0.02 * l, 0.12 * l})  // suspension lugs
     solids.block({0.0, y, 1.02 * r}, {0.05 * l, 0.05 * l, 0.25 * r});
   solids.begin_part(ordnance_tail);
-  if (!draws.chance(0.3)) {  // otherwise torn off when it struck
-    fins(form, 4, -0.4 * l, 0.2 * l, r, 0.95 * r);
+  if (!draws.chance(0.3)) {  // otherwise the tail was torn off on impact
+    fins(form, -0.4 * l, 0.2 * l, r, 0.95 * r);
     if (draws.chance(0.5)) ring(solids, 1.0 * r, -0.43 * l, 0.12 * l, 0.06 * r, form.sides(24));
   }
   lie(form, 0.1, 0.5, 25.0);
@@ -91,11 +111,10 @@ void shell(FamilyForm& form) {
   const double l = form.size_m > 0.0 ? form.size_m : draws.between(0.4, 1.4);
   const double r = 0.5 * l * draws.between(0.22, 0.3), tail = draws.between(0.0, 0.2);
   solids.begin_part(ordnance_body);
-  std::vector<Vector2d> profile{Vector2d((1.0 - tail) * r, -0.5 * l), Vector2d(r, -0.4 * l),
-                                Vector2d(r, -0.36 * l),  // the driving band follows
-                                Vector2d(1.05 * r, -0.35 * l), Vector2d(1.05 * r, -0.31 * l)};
-  for (const Vector2d& p : with_nose(r, -0.3 * l, 0.02 * l, 0.48 * l, true)) profile.push_back(p);
-  turned(solids, profile, form.sides(24));
+  const std::vector base{Vector2d((1.0 - tail) * r, -0.5 * l), Vector2d(r, -0.4 * l),
+                         Vector2d(r, -0.36 * l),  // the driving band follows
+                         Vector2d(1.05 * r, -0.35 * l), Vector2d(1.05 * r, -0.31 * l)};
+  turned(solids, with_nose(base, r, -0.3 * l, 0.02 * l, 0.48 * l, true), form.sides(24));
   lie(form, 0.0, 0.5, 15.0);
 }
 
@@ -105,12 +124,12 @@ void torpedo(FamilyForm& form) {
   const double l = form.size_m > 0.0 ? form.size_m : draws.between(5.2, 7.4);
   const double r = 0.5 * l * draws.between(0.071, 0.085);
   solids.begin_part(ordnance_body);
-  std::vector<Vector2d> profile{Vector2d(0.18 * r, -0.47 * l), Vector2d(0.55 * r, -0.4 * l),
-                                Vector2d(0.85 * r, -0.34 * l)};
-  for (const Vector2d& p : with_nose(r, -0.28 * l, 0.46 * l, 0.04 * l, false)) profile.push_back(p);
-  turned(solids, profile, form.sides(24));
+  turned(solids,
+         with_nose({{0.18 * r, -0.47 * l}, {0.55 * r, -0.4 * l}, {0.85 * r, -0.34 * l}}, r,
+                   -0.28 * l, 0.46 * l, 0.04 * l, false),
+         form.sides(24));
   solids.begin_part(ordnance_tail);
-  fins(form, 4, -0.42 * l, 0.06 * l, r, 0.9 * r);
+  fins(form, -0.42 * l, 0.06 * l, r, 0.9 * r);
   for (const double y : {-0.475 * l, -0.49 * l})  // two screws
     for (int k = 0; k < 3; ++k) {
       const double angle = 2.0 * pi * k / 3.0 + 40.0 * y / l;
@@ -137,13 +156,11 @@ void cylindrical_mine(FamilyForm& form) {
     profile.emplace_back(1.03 * r, (y + 0.02) * l);
     profile.emplace_back(r, (y + 0.023) * l);
   }
-  for (const Vector2d& p : with_nose(r, 0.125 * l, 0.5 * l - nose, nose, false))
-    profile.push_back(p);
-  turned(solids, profile, form.sides(32));
+  turned(solids, with_nose(profile, r, 0.125 * l, 0.5 * l - nose, nose, false), form.sides(32));
   solids.begin_part(mine_fitting);
   if (draws.chance(0.5)) {  // the tail section of an air-dropped mine
     ring(solids, 0.98 * r, -0.53 * l, 0.12 * l, 0.06 * r, form.sides(32));
-    if (draws.chance(0.6)) fins(form, 4, -0.52 * l, 0.12 * l, r, 1.1 * r);
+    if (draws.chance(0.6)) fins(form, -0.52 * l, 0.12 * l, r, 1.1 * r);
   }
   for (const double y : {-0.12 * l, 0.18 * l})
     solids.block({0.0, y, 1.04 * r}, {0.3 * r, 0.3 * r, 0.3 * r});
@@ -182,7 +199,7 @@ void wedge_mine(FamilyForm& form) {
   const double l = form.size_m > 0.0 ? form.size_m : draws.between(0.95, 1.1);
   const double w = l * draws.between(0.72, 0.85), high = l * draws.between(0.34, 0.42);
   solids.begin_part(mine_body);
-  // Sections along y: low in front, highest behind the middle, with rounded shoulders.
+  // Sections along y: low in front and highest behind the middle, with rounded corners.
   std::vector<std::vector<Vector3d>> rings;
   for (const Vector3d& at :
        {Vector3d(-0.5, 0.72, 0.8), Vector3d(-0.46, 0.92, 0.97), Vector3d(-0.2, 1.0, 1.0),
@@ -215,8 +232,7 @@ void moored_mine(FamilyForm& form) {
   const double d = form.size_m > 0.0 ? form.size_m : draws.between(0.85, 1.15);
   const double r = 0.5 * d, box = draws.between(0.7, 0.85) * d;
   const bool down = draws.chance(0.35);
-  solids.begin_part(mine_sinker);
-  const std::size_t mark = solids.mark();
+  const std::size_t mark = solids.begin_part(mine_sinker);
   solids.block({0.0, 0.0, 0.3 * box}, {box, box, 0.6 * box});
   for (const double x : {-1.0, 1.0})
     for (const double y : {-1.0, 1.0})

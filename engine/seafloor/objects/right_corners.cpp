@@ -15,8 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Between which places of a line along `axis`, counted from `from`, a flat part lies, by its
-/// second moments.
+/// The ends of a flat part along `axis`, relative to `from`, from the part's second moments.
 struct Reach {
   double low_m, high_m;
   Reach(const FlatPart& flat_part, const Vector3d& from, const Vector3d& axis) {
@@ -33,22 +32,22 @@ bool are_square(const FlatPart& a, const FlatPart& b) {
   return std::abs(a.normal.cast<double>().dot(b.normal.cast<double>())) <= std::sin(degree);
 }
 
-/// Adds the corners of two flat parts that are square to each other: on that side of each that its
-/// normal shows, and on the backs.
+/// Adds the corners of two perpendicular flat parts: in front of both, behind both, and in front of
+/// one and behind the other.
 void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>& corners) {
-  // Of the flat part: what it may lie off the edge, and beyond it. By its second moments a right
-  // triangle reaches 6 % beyond its sides.
+  // Shares of a flat part's length: greatest gap between edge and part, and least length beyond the
+  // edge. The rectangle of a right triangle's moments extends 6 % beyond the triangle's sides.
   constexpr double gap = 0.02, beyond = 0.07;
   const Vector3d m = a.normal.cast<double>(), n = b.normal.cast<double>();
   const Vector3d edge = m.cross(n).normalized();
-  const Vector3d in_a = edge.cross(m), in_b = n.cross(edge);  // as n and as m, nearly
-  // The edge's point that is nearest to a's middle.
+  const Vector3d in_a = edge.cross(m), in_b = n.cross(edge);  // nearly n and m
+  // The point of the edge that is nearest to the middle of `a`.
   const Vector3d on_edge = a.middle + in_a * (n.dot(b.middle - a.middle) / n.dot(in_a));
   const Reach along_a(a, on_edge, edge), along_b(b, on_edge, edge);
   const double from_m = std::max(along_a.low_m, along_b.low_m);
   const double until_m = std::min(along_a.high_m, along_b.high_m);
   if (!(until_m > from_m)) return;
-  // How far the flat part reaches from the edge; 0 if it does not begin there.
+  // Length of the flat part from the edge; 0 if the part does not begin at the edge.
   const auto reach_m = [&](const FlatPart& flat_part, const Vector3d& way) {
     const Reach reach(flat_part, on_edge, way);
     const double length_m = reach.high_m - reach.low_m;
@@ -72,15 +71,11 @@ void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>&
     }
 }
 
-/// A flat part whose neighbours all stand in real edges, and a ball that holds what add_corners()
-/// looks at: its rectangle and the gap around it.
+/// A flat part that is not curved, with the radius of a ball around the part's rectangle and the
+/// gap that add_corners() allows.
 struct EdgedPart {
   const FlatPart* flat_part;
   double radius_m;
-  explicit EdgedPart(const FlatPart& its_flat_part)
-      : flat_part(&its_flat_part),
-        radius_m(0.525 *
-                 std::hypot(double(its_flat_part.length_m), double(its_flat_part.width_m))) {}
   bool touches(const EdgedPart& other) const {
     const double apart_m = radius_m + other.radius_m;
     return (other.flat_part->middle - flat_part->middle).squaredNorm() <= apart_m * apart_m;
@@ -89,8 +84,8 @@ struct EdgedPart {
 
 using PartPair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The pairs of planes that touch and are square to each other, in order. They are found by a sweep
-/// along the axis over which the planes are spread the farthest.
+/// The pairs of flat parts that touch and are perpendicular, in order. They are found by a sweep
+/// along the axis on which the middles of the parts are farthest apart.
 std::vector<PartPair> square_pairs(std::span<const EdgedPart> planes,
                                    const std::function<void()>& stop_check) {
   std::vector<PartPair> pairs;
@@ -128,7 +123,9 @@ std::vector<RightCorner> right_corners(std::span<const FlatPart> flat_parts,
   std::uint32_t surface = 0;
   for (const FlatPart& flat_part : flat_parts) {
     surface = std::max(surface, flat_part.surface);
-    if (flat_part.facets == 0) planes.emplace_back(flat_part);
+    if (flat_part.facets == 0)
+      planes.push_back(
+          {&flat_part, 0.525 * std::hypot(double(flat_part.length_m), double(flat_part.width_m))});
   }
   std::vector<RightCorner> corners;
   for (const auto& [one, other] : square_pairs(planes, stop_check))

@@ -21,15 +21,15 @@ namespace {
 
 using Eigen::ArrayXf, Eigen::ArrayXXf, Eigen::Vector2d, Eigen::Vector3d;
 
-constexpr double moat_widths = 4.0;   // to where it has faded
-constexpr double tail_heights = 6.0;  // its length
+constexpr double moat_widths = 4.0;   // distance at which a moat ends / its width
+constexpr double tail_heights = 6.0;  // length of a tail / height of the object
 constexpr double steepest = 0.62;     // slope at which sand stands, 32 degrees
 
 bool is_scoured(const ObjectOptions& table) {
   return table.scour_ratio > 0.0 || table.tail_ratio > 0.0;
 }
 
-/// Whether an object is so long that its scour would lie beyond the bed's border, if anywhere.
+/// Whether an object is longer than twice the bed's diagonal, so that it needs no scour.
 bool is_much_longer(const refine::TriangleMesh& mesh, const Heightfield& bed) {
   const refine::Bounds box = refine::bounds(mesh);
   const double longest_m = (box.highest - box.lowest).head<2>().cast<double>().norm();
@@ -40,26 +40,27 @@ bool is_much_longer(const refine::TriangleMesh& mesh, const Heightfield& bed) {
 /// The bed's points under an object.
 struct Footprint {
   std::vector<Vector2d> all;
-  std::vector<Vector2d> edge;  ///< those with a neighbour that is not one
+  std::vector<Vector2d> edge;  ///< points with a neighbour that is not under the object
   Eigen::AlignedBox2d box;
 };
 
-/// What one object stands on, and how high it is.
+/// The part of the bed on which one object stands, and the object's height.
 class Footing {
  public:
-  /// `bed` must outlive this.
+  /// `bed` must outlive this object.
   Footing(const Heightfield& bed, const refine::TriangleMesh& mesh) : bed_(bed) { find_base(mesh); }
 
-  /// `standing`: objects, of which this may be one, that keep what lies under them.
+  /// Adds the scour of the object to the bed. The bed under the objects `standing`, which may
+  /// include this object, stays.
   void scour(Heightfield& bed, const ObjectOptions& table, const RandomStream& draws,
              std::span<const Footing* const> standing, const WorkControl& control) const {
     if (base_.all.empty()) return;
     const Vector2d down(std::sin(table.current_rad), std::cos(table.current_rad));
     const double depth_m = table.scour_ratio * height_m_;
-    // The moat's wall is steepest at the object: e times its depth over its width.
+    // The moat's wall is steepest at the object: e * depth / width.
     const double half_m = 0.5 * height_m_,
                  width_m = std::max(half_m, std::numbers::e * depth_m / steepest);
-    // As far as the moat and the tail reach.
+    // The greatest distance of moat and tail from the object.
     const double reach_m = 1.5 * base_.box.diagonal().norm() +
                            std::max((tail_heights + 1.0) * height_m_, moat_widths * width_m);
     Heightfield near = around_base(reach_m);
@@ -86,7 +87,7 @@ class Footing {
   std::size_t point_at(const Vector2d& place) const {
     return bed_.index(column_at(place.x()), row_at(place.y()));
   }
-  /// The part of the bed's grid up to this far from the base, without heights.
+  /// The part of the bed's grid within this distance of the base, without heights.
   Heightfield around_base(double reach_m) const {
     const Vector2d low = base_.box.min().array() - reach_m,
                    high = base_.box.max().array() + reach_m;
@@ -94,7 +95,8 @@ class Footing {
     return bed_.window(west, south, column_at(high.x()) - west + 1, row_at(high.y()) - south + 1);
   }
 
-  /// The bed's points under the object, and how high it reaches over them; negative under the bed.
+  /// The bed's points under the object, and the height of the object's top over each point;
+  /// negative if the top is under the bed.
   std::unordered_map<std::size_t, double> tops(const refine::TriangleMesh& mesh) const {
     std::unordered_map<std::size_t, double> tops_m;
     const double cell_m = std::min(bed_.cell_east_m, bed_.cell_north_m);
@@ -119,12 +121,12 @@ class Footing {
     return tops_m;
   }
 
-  /// The points over which the object reaches higher than this.
+  /// The points at which the top of the object is higher than over_m.
   Footprint footprint(const std::unordered_map<std::size_t, double>& tops_m, double over_m) const {
     std::vector<std::size_t> points;
     for (const auto& [point, top_m] : tops_m)
       if (top_m > over_m) points.push_back(point);
-    std::ranges::sort(points);  // so that sums do not depend on the order in the map
+    std::ranges::sort(points);  // so sums do not depend on the order in the map
     const auto has = [&](std::size_t point) {
       const auto found = tops_m.find(point);
       return found != tops_m.end() && found->second > over_m;
@@ -142,7 +144,7 @@ class Footing {
     return found;
   }
 
-  /// The height is the median of the tops, so that masts do not count.
+  /// Finds the points under the object, and its height: the median of its tops, to ignore masts.
   void find_base(const refine::TriangleMesh& mesh) {
     const std::unordered_map<std::size_t, double> tops_m = tops(mesh);
     base_ = footprint(tops_m, 0.0);
@@ -156,12 +158,12 @@ class Footing {
     height_m_ = *middle;
   }
 
-  /// The ways to the points of a part of the bed's grid from the object. That from the object's
-  /// nearest point alone would jump, and the moat's depth with it, in corners such as that of a
-  /// wing and a fuselage: all its points count, the nearest the most.
-  /// In float, because most of the time of a scour is spent here.
+  /// Vectors from the object to the points of a part of the bed's grid. Each is a weighted mean
+  /// over the object's edge points, and nearer points have larger weights. The vector from the
+  /// nearest point alone, and with it the moat's depth, would jump in corners such as between a
+  /// wing and a fuselage. Values are floats, because most of the time of a scour is spent here.
   struct Ways {
-    ArrayXXf square_m2;  // of the distance; infinite beyond the reach
+    ArrayXXf square_m2;  // squared distance from the nearest edge point; infinite beyond the reach
     ArrayXXf weights, sum_east_m, sum_north_m;
 
     Ways(int columns, int rows)
@@ -176,11 +178,11 @@ class Footing {
   };
   Ways ways_to(const Heightfield& part, double reach_m) const {
     Ways ways(part.columns, part.rows);
-    const Vector2d middle = base_.box.center();  // near it floats are precise enough
+    const Vector2d middle = base_.box.center();  // floats near this place are precise enough
     ArrayXf x_m(part.columns), dx_m(part.columns), square_m2(part.columns), weight(part.columns);
     for (int column = 0; column < part.columns; ++column)
       x_m[column] = static_cast<float>(part.x_m(column) - middle.x());
-    // Of the points under the object, one at its edge is the nearest to a point outside.
+    // Edge points are enough, because the nearest point to a place outside is an edge point.
     for (const Vector2d& place : base_.edge) {
       const GridRange near = points_near(part, place.x(), place.y(), reach_m);
       const int count = near.east - near.west + 1;
@@ -210,7 +212,7 @@ class Footing {
     return ways;
   }
 
-  /// Deepest a width from the object, and half as deep in the lee.
+  /// Digs the moat, which is deepest at width_m from the object, and half as deep in the lee.
   template <class Share>
   void dig(double depth_m, double width_m, const Vector2d& down, const Share& share,
            std::span<const Footing* const> standing, const WorkControl& control,
@@ -218,7 +220,7 @@ class Footing {
     const double reach_m = moat_widths * width_m;
     Heightfield dug_m = around_base(reach_m);
     dug_m.z_m.resize(static_cast<std::size_t>(dug_m.points()));
-    constexpr int strip_rows = 4;  // so that the nearest cache holds the ways to a strip
+    constexpr int strip_rows = 4;  // so the fastest cache can hold the Ways of a strip
     const auto strips = static_cast<std::size_t>((dug_m.rows + strip_rows - 1) / strip_rows);
     refine::parallel_for(strips, control.threads, [&](std::size_t strip, int) {
       control.check_stop();
@@ -247,7 +249,7 @@ class Footing {
         bed.at(dug_m.first_column + column, dug_m.first_row + row) -= dug_m.at(column, row);
   }
 
-  /// Leaves what lies under this object, with walls around it as steep as sand stands.
+  /// Fills a moat under this object, with walls around it as steep as sand can be.
   void keep_base(Heightfield& dug_m, double deepest_m) const {
     const double cell_m = std::hypot(bed_.cell_east_m, bed_.cell_north_m);  // from corner to corner
     const double reach_m = deepest_m / steepest + cell_m;
@@ -270,7 +272,7 @@ class Footing {
   template <class Share>
   void leave_tail(double tail_m, const Vector2d& down, const Share& share, Heightfield& bed) const {
     const Vector2d across(down.y(), -down.x());
-    Eigen::AlignedBox2d box;  // down the current and across it
+    Eigen::AlignedBox2d box;  // along and across the current
     for (const Vector2d& place : base_.all)
       box.extend(Vector2d(place.dot(down), place.dot(across)));
     const double half_m = 0.5 * box.sizes().y() + 0.3 * height_m_;
@@ -292,8 +294,8 @@ class Footing {
 
   const Heightfield& bed_;
   double height_m_ = 0.0;
-  Footprint base_;   // where it rises over the bed
-  Footprint whole_;  // with what is buried
+  Footprint base_;   // where the object rises above the bed
+  Footprint whole_;  // also where the object is buried
 };
 
 }  // namespace
@@ -307,7 +309,7 @@ std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables) 
 void add_scours(Heightfield& bed, const PlacedObjects& placed,
                 std::span<const ObjectOptions> tables, std::uint64_t seed,
                 const WorkControl& control) {
-  // All are found on the bed as it was.
+  // All footings are found before any scour changes the bed.
   std::vector<std::pair<std::size_t, Footing>> footings;  // by object
   for (std::size_t i = 0; i < placed.objects.size(); ++i)
     if (!is_much_longer(placed.objects[i].mesh, bed))

@@ -19,9 +19,9 @@ namespace {
 using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 
 constexpr double max_pieces = 5e5;   // of one line
-constexpr double cover_m = 1e-3;     // of bed over an object with a burial of 1
+constexpr double cover_m = 1e-3;     // thickness of the bed over an object with a burial of 1
 constexpr double edge_step_m = 0.1;  // shorter than the cells of most beds
-constexpr double most_steps = 1e4;   // of that length along an edge
+constexpr double most_steps = 1e4;   // greatest number of steps along an edge
 
 refine::MeshError no_bed(const std::string& what, double east_m, double north_m) {
   return refine::MeshError(
@@ -30,18 +30,18 @@ refine::MeshError no_bed(const std::string& what, double east_m, double north_m)
                   what, east_m, north_m));
 }
 
-/// z = height + slope . (place - middle), the least-squares fit to a square of bed heights.
+/// z = height + slope . (place - middle): the least-squares fit to the bed in a rectangle.
 struct Plane {
   double height_m = 0.0;
   Vector2d slope = Vector2d::Zero();
   Vector2d middle = Vector2d::Zero();
 };
 Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
-  constexpr int samples = 8;  // a side
+  constexpr int samples = 8;  // per side
   const Vector2d low = box.lowest.head<2>().cast<double>();
   const Vector2d size = box.highest.head<2>().cast<double>() - low;
   const Vector2d of_box = low + 0.5 * size;
-  std::vector<Vector3d> ground;  // from the middle of the box
+  std::vector<Vector3d> ground;  // x and y relative to the middle of the box
   Vector3d middle = Vector3d::Zero();
   for (int i = 0; i < samples; ++i)
     for (int j = 0; j < samples; ++j) {
@@ -60,7 +60,7 @@ Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
     xx += d.x() * d.x(), xy += d.x() * d.y(), yy += d.y() * d.y();
     xz += d.x() * d.z(), yz += d.y() * d.z();
   }
-  // Places on one line leave the slope across it open; so little more makes it zero.
+  // Places on one line do not define the slope across the line. This small addition makes it zero.
   const double little = 1e-9 * (xx + yy);
   xx += little, yy += little;
   const double determinant = xx * yy - xy * xy;
@@ -71,20 +71,20 @@ Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
 
 /// Distances by which an object can be lowered; negative if it must be raised.
 struct Drops {
-  /// Until it touches the bed.
+  /// Until the object touches the bed.
   double touching_m = std::numeric_limits<double>::infinity();
-  /// Until the bed covers all of it; only if asked for.
+  /// Until the bed covers the whole object; complete only if `to_hidden`.
   double hidden_m = -std::numeric_limits<double>::infinity();
 };
 
-/// Calls with(point) for points on the edges of a closed mesh, between their ends, at most a step
-/// apart on edges of up to most_steps steps.
+/// Calls with(point) for points on the edges of a closed mesh, without the ends of the edges. The
+/// points are at most step_m apart, except on edges longer than most_steps steps.
 template <class With>
 void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
   for (const refine::Face& face : mesh.faces)
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t first = face[corner], last = face[(corner + 1) % 3];
-      if (first > last) continue;  // the neighbouring face has it the other way round
+      if (first > last) continue;  // the neighbouring face has the reversed edge
       const Vector3d from = mesh.positions[first].cast<double>();
       const Vector3d edge = mesh.positions[last].cast<double>() - from;
       const int steps = static_cast<int>(std::ceil(std::min(edge.norm() / step_m, most_steps)));
@@ -92,17 +92,17 @@ void between_vertices(refine::Triangles mesh, double step_m, With&& with) {
     }
 }
 
-/// Calls with(height over the bed) for each face over a vertex of the bed.
+/// Calls with(height of face over vertex) for each face and vertex of the bed on one vertical line.
 template <class With>
 void over_bed_vertices(refine::Triangles object, const BedGrid& bed, With&& with) {
-  constexpr double slack = 1e-9;  // so that no vertex slips between two faces
+  constexpr double slack = 1e-9;  // so that no vertex is missed between two faces
   for (const refine::Face& face : object.faces) {
     const std::array<Vector3f, 3> corners{object.positions[face[0]], object.positions[face[1]],
                                           object.positions[face[2]]};
     const Vector3d a = corners[0].cast<double>();
     const Vector3d ab = corners[1].cast<double>() - a, ac = corners[2].cast<double>() - a;
     const double area = ab.x() * ac.y() - ab.y() * ac.x();
-    if (area == 0.0) continue;  // upright; its edges are those of other faces
+    if (area == 0.0) continue;  // upright; other faces have the same edges
     const refine::Bounds box{corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
                              corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
     for (const Vector3f& vertex : bed.vertices_within(box)) {
@@ -146,15 +146,15 @@ double buried_share(refine::Triangles object, const Plane& plane) {
                               : 0.0;
 }
 
-/// Typical values where the object sets none: a stiff pipe spans gaps, a chain follows the ground.
+/// Typical values if sag_radius_m is unset: a stiff pipe spans gaps, a chain follows the ground.
 double usual_sag_radius_m(const std::string& shape) {
   if (shape == "pipeline") return 1000.0;
   return shape == "cable" ? 50.0 : 3.0;
 }
 
-/// Sinks a line into the bed by its burial, 1 of which is `covered_m`. The burial changes along the
-/// line as a normal process whose correlation over s m is exp(-s^2 / (2 scale^2)): waves of random
-/// phases whose wavenumbers are normal, of the standard deviation 1 / scale.
+/// Sinks a line into the bed by its burial times `covered_m`. The burial changes along the line as
+/// a normal process whose correlation over a distance s is exp(-s^2 / (2 scale^2)): a sum of waves
+/// with random phases and with normal wavenumbers of the standard deviation 1 / scale.
 void sink(std::vector<Vector3d>& line, const ObjectOptions& object, double covered_m,
           const RandomStream& stream) {
   constexpr std::size_t waves = 64;
@@ -192,7 +192,7 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
   placed.mesh.rounding_m *= spot.scale;
   placed.mesh.place = {spot.east_m, spot.north_m, 0.0};
   const Vector3d middle = refine::bounds(mesh).middle();
-  refine::TriangleMesh in_floats;  // as the bed is
+  refine::TriangleMesh in_floats;  // in floats, like the bed
   const auto put = [&](const Eigen::Matrix3d& turn, double z_m) {
     placed.mesh.place.z() = z_m;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
@@ -228,7 +228,7 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
     size.*dimension.size = spot.scale * kind.size_m(object.size, dimension.size);
   const double diameter_m = line_diameter_m(kind, size);
   const Eigen::Rotation2Dd turn(-spot.heading_rad);
-  std::vector<Vector2d> path;  // from the spot
+  std::vector<Vector2d> path;  // relative to the spot
   for (const Vector2d& place : object.path) path.emplace_back(spot.scale * (turn * place));
   const auto ground_m = [&](const Vector2d& place) {
     const double x = spot.east_m + place.x(), y = spot.north_m + place.y();
@@ -254,7 +254,7 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
     throw refine::MeshError(fmt::format(
         "{}: its {:.3g} m are too short for a link; make it longer or its rod_m smaller", what,
         length_m));
-  double buried = 0.0;  // mean along the line
+  double buried = 0.0;  // sum over the points of the line
   for (const Vector3d& p : line)
     buried += std::clamp((ground_m(p.head<2>()) - p.z()) / diameter_m + 0.5, 0.0, 1.0);
   placed.buried = buried / static_cast<double>(line.size());

@@ -1,13 +1,8 @@
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 #include <stdexcept>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/objects/draws.h>
 #include <ensonify/engine/seafloor/objects/shape_family.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
@@ -17,7 +12,7 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Makes one body.
+/// Makes one body of a kind that is not a family.
 class BodyMaker {
  public:
   BodyMaker(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random)
@@ -54,8 +49,8 @@ class BodyMaker {
     const double facet_m = given_.facet_m.value_or(0.5 * diameter_m * usual_rad);
     return static_cast<int>(std::clamp(std::ceil(pi * diameter_m / facet_m - 1e-9), 8.0, 512.0));
   }
-  /// Number of subdivisions of an icosahedron, whose edge is 1.05 radii or 1.11 radians: as many
-  /// as the facet size or the largest angle needs; `usual` if neither is set.
+  /// Number of subdivisions of an icosahedron, whose edge is 1.05 radii or 1.107 radians long, for
+  /// the facet size or the largest angle between facets; `usual` if neither is set.
   int ball_level(double radius_m, int usual) const {
     if (!given_.facet_m && !given_.facet_rad) return usual;
     const double halvings = given_.facet_m ? std::log2(1.05 * radius_m / *given_.facet_m)
@@ -63,7 +58,7 @@ class BodyMaker {
     const double least = given_.facet_m ? 1.0 : usual;
     return static_cast<int>(std::clamp(std::ceil(halvings), least, 7.0));
   }
-  /// The thickness of rods, which must be thin compared with the body's smallest size.
+  /// The thickness of rods. Throws if it is not less than a quarter of the body's smallest size.
   double rod_m(double min_m) const {
     const double rod = kind_.size_m(given_, &ShapeSize::rod_m);
     if (!(rod < 0.25 * min_m))
@@ -131,8 +126,8 @@ class BodyMaker {
   }
 
   void tyre() {
-    constexpr double hole = 0.58;  // over the outer diameter
-    const int points =             // of the tread and the walls
+    constexpr double hole = 0.58;  // diameter of the hole / outer diameter
+    const int points =             // of the profile
         given_.facet_rad ? std::max(16, static_cast<int>(std::ceil(2.0 * pi / *given_.facet_rad)))
                          : 16;
     const double outer = 0.5 * diameter_m(), inner = hole * outer;
@@ -143,14 +138,15 @@ class BodyMaker {
       profile.emplace_back(0.5 * (outer + inner) + 0.5 * (outer - inner) * squared(std::cos(angle)),
                            0.5 * shape_height_m() * squared(std::sin(angle)));
     }
-    const double reach = squared(std::cos(pi / points));  // of the outermost points
+    const double reach = squared(std::cos(pi / points));  // height of the outermost points / half
     for (Vector2d& p : profile) p.y() /= reach;
     solids_.revolve(profile, segments(2.0 * outer), true);
   }
 
   void anchor() {
-    constexpr double thick_share = 0.08, ring_thicks = 2.25;  // of the ring beyond the shank
-    const double l = length_m() / (1.0 + ring_thicks * thick_share);  // without the ring
+    // Thickness / length, and length of the ring beyond the shank / thickness.
+    constexpr double thick_share = 0.08, ring_thicks = 2.25;
+    const double l = length_m() / (1.0 + ring_thicks * thick_share);  // length without the ring
     const double w = width_m(), t = shape_height_m(), back = -0.5 * l, thick = thick_share * l;
     solids_.block({0.0, 0.0, 0.5 * thick}, {0.7 * thick, l, thick});               // shank
     solids_.block({0.0, back + 0.7 * thick, thick}, {w, 1.4 * thick, 2 * thick});  // crown
@@ -285,9 +281,8 @@ class BodyMaker {
       const Vector3d size(0.5 * l, 0.6 * l, draws_.between(0.2, 0.5) * l);
       solids_.block({0.0, 0.0, 0.5 * size.z()}, size);
       const double r = 0.2 * l;
-      const std::array<Vector3d, 2> axle{Vector3d(0.0, -0.4 * l, size.z()),
-                                         Vector3d(0.0, 0.4 * l, size.z())};
-      solids_.sweep(axle, circle(r, 16));
+      solids_.sweep(std::array{Vector3d(0.0, -0.4 * l, size.z()), Vector3d(0.0, 0.4 * l, size.z())},
+                    circle(r, 16));
     }
   }
 
@@ -297,8 +292,8 @@ class BodyMaker {
   Solids solids_;
 };
 
-/// Scales a member of a family to the given sizes, along its axes. `lies`: a drum, on one of its
-/// flanges.
+/// Scales a member of a family to the given sizes along its axes, and sets sunk_m. `lies`: the
+/// member is a drum that lies on one of its flanges.
 void fit(const ShapeKind& kind, const ShapeSize& given, double main_m, bool lies, ShapeBody& body) {
   const refine::Bounds box = refine::bounds(body.mesh);
   const Vector3d extent = (box.highest - box.lowest).cast<double>();
@@ -315,7 +310,7 @@ void fit(const ShapeKind& kind, const ShapeSize& given, double main_m, bool lies
     if (const std::optional<double> size_m = given.*dimension.size) {
       const int axis = axis_of(dimension.size);
       factors[axis] = *size_m / extent[axis];
-      // A round shape is as wide the other way.
+      // A round shape has its diameter along two axes.
       if (dimension.size == &ShapeSize::diameter_m) factors[lies ? 0 : 2] = factors[axis];
     }
   for (Eigen::Vector3f& p : body.mesh.positions)
@@ -336,7 +331,7 @@ ShapeBody make_member(const ShapeKind& kind, const ShapeSize& size, const Random
       (size.*main.size)
           .value_or(main.max_m > 0.0 ? main.usual_m * std::pow(main.max_m / main.usual_m, drawn)
                                      : main.usual_m);
-  // The square: the variants that are listed first are more frequent.
+  // The square makes the variants that are listed first more frequent.
   const double share = std::pow(form.draws.between(0.0, 1.0), 2.0);
   if (variant.empty() && !kind.variants.empty())
     form.variant = kind.variants[std::min(

@@ -22,13 +22,13 @@ void rest(Solids& solids, std::size_t mark, double sunk_share) {
   const Eigen::AlignedBox3d box = solids.box(mark);
   if (box.isEmpty()) return;
   const double lift_m = -box.min().z() - sunk_share * box.sizes().z();
-  solids.move(mark, motion({0.0, 0.0, lift_m}, 0.0, 0.0, 0.0));
+  solids.move(mark, motion({0.0, 0.0, lift_m}));
 }
 
 void bar(Solids& solids, const Vector3d& from, const Vector3d& to, double width_m, double thick_m) {
-  const std::array<Vector3d, 2> ends{from, to};
   const bool upright = std::abs((to - from).normalized().z()) > 0.9;
-  solids.sweep(ends, rectangle(width_m, thick_m), upright ? Vector3d::UnitY() : Vector3d::UnitZ());
+  solids.sweep(std::array{from, to}, rectangle(width_m, thick_m),
+               upright ? Vector3d::UnitY() : Vector3d::UnitZ());
 }
 
 void turned(Solids& solids, std::span<const Vector2d> profile, int sides) {
@@ -48,7 +48,7 @@ void bent_plate(Solids& solids, double width_m, double length_m, double thick_m,
     for (int c = 0; c <= cells; ++c) {
       const double u = double(c) / cells - 0.5, v = double(r) / cells - 0.5;
       const double z = bend_m * (0.25 - v * v) * 4.0 + twist_m * u * v * 4.0;
-      // Columns towards -x, so that the front is above.
+      // Columns are numbered towards -x, so the front is the upper side.
       grid.front.emplace_back(-width_m * u, length_m * v, z + 0.5 * thick_m);
       grid.back.emplace_back(-width_m * u, length_m * v, z - 0.5 * thick_m);
     }
@@ -85,27 +85,6 @@ void scatter_debris(Solids& solids, int count, double longest_m, const Vector2d&
                              tilt, 0.5 * tilt, heading));
     rest(solids, mark, sunk);
   }
-}
-
-void add_fin(Solids& solids, const Fin& fin) {
-  constexpr int stations = 5, points = 14;
-  const Vector3d along = Vector3d::UnitY(), up = fin.out.cross(along).normalized();
-  std::vector<std::vector<Vector3d>> rings;
-  for (int i = 0; i <= stations; ++i) {
-    const double u = double(i) / stations;
-    const double chord = fin.root_chord_m + (fin.tip_chord_m - fin.root_chord_m) * u;
-    std::vector<Vector3d>& ring = rings.emplace_back();
-    for (int k = 0; k < points; ++k) {
-      const double angle = 2.0 * pi * k / points;
-      // Thickest at two fifths of the chord, sharper behind.
-      const double y = 0.5 * chord * std::cos(angle);
-      const double z =
-          0.5 * fin.thickness * chord * std::sin(angle) * (0.75 + 0.25 * std::cos(angle));
-      ring.emplace_back(fin.root + fin.span_m * (u * fin.out - fin.sweep * u * along) + y * along +
-                        z * up);
-    }
-  }
-  solids.skin(rings);
 }
 
 }  // namespace ensonify::engine

@@ -15,12 +15,12 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-// Size of a common link over its rod's thickness (ISO 1704: 6 long, 3.6 wide outside).
+// Sizes of a common link / thickness of its rod (ISO 1704: 6 long, 3.6 wide outside).
 constexpr double link_pitch = 4.0, link_half_width = 1.3;
 
-constexpr double rounding = 3e-8;  // as of other shapes, whose numbers are floats
+constexpr double rounding = 3e-8;  // relative, as for other shapes, which are made in floats
 
-/// Adds one link with its length along `way`: two straight sides and two half circles of the rod.
+/// Adds one link with its length along `way`: a rod with two straight sides and two half circles.
 void add_link(Solids& solids, const Vector3d& middle, const Vector3d& way, const Vector3d& across,
               double rod_m) {
   constexpr int arc_points = 6;
@@ -38,7 +38,7 @@ void add_link(Solids& solids, const Vector3d& middle, const Vector3d& way, const
 
 void add_chain(Solids& solids, std::span<const Vector3d> points, double rod_m) {
   const double pitch_m = link_pitch * rod_m;
-  double along_m = 0.5 * pitch_m;  // of the next link, from the start of this piece
+  double along_m = 0.5 * pitch_m;  // place of the next link, from the start of this piece
   bool leans_left = false;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const double piece_m = (points[i + 1] - points[i]).norm();
@@ -56,7 +56,7 @@ void add_chain(Solids& solids, std::span<const Vector3d> points, double rod_m) {
 
 double line_diameter_m(const ShapeKind& kind, const ShapeSize& size) {
   if (kind.name != "chain") return kind.size_m(size, &ShapeSize::diameter_m);
-  // Its links are tilted by 45 degrees, alternately to either side.
+  // The links of a chain are tilted by 45 degrees, alternately to the left and to the right.
   return (std::sqrt(2.0) * link_half_width + 1.0) * kind.size_m(size, &ShapeSize::rod_m);
 }
 

@@ -6,8 +6,6 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/Geometry>
-
 namespace ensonify::engine {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -75,7 +73,8 @@ void Solids::sweep(std::span<const Vector3d> points, const CrossSection& section
     upright = (upright - upright.dot(in) * in).normalized();
     before = in;
     const Vector3d right = in.cross(upright);
-    // The mitre's plane halves the corner; a turn of more than about 130 degrees is cut square.
+    // The plane of the mitre halves the corner. At a turn of more than about 130 degrees, the
+    // section is perpendicular to the incoming direction.
     Vector3d across = in + out;
     const bool sharp = across.norm() < 0.8;
     across = sharp ? in : across.normalized();
@@ -141,8 +140,7 @@ void Solids::ball(const Vector3d& middle, double radius_m, int level) {
 
 void Solids::block(const Vector3d& middle, const Vector3d& size_m) {
   const Vector3d half(0.0, 0.5 * size_m.y(), 0.0);
-  const std::array<Vector3d, 2> ends{middle - half, middle + half};
-  sweep(ends, rectangle(size_m.x(), size_m.z()));
+  sweep(std::array<Vector3d, 2>{middle - half, middle + half}, rectangle(size_m.x(), size_m.z()));
 }
 
 void Solids::taper(const Vector3d& from, const Vector3d& to, double from_radius_m,
@@ -160,7 +158,7 @@ void Solids::taper(const Vector3d& from, const Vector3d& to, double from_radius_
 
 namespace {
 
-/// The cells of a grid that are there.
+/// Which cells of a grid exist.
 class Cells {
  public:
   explicit Cells(const PlateGrid& grid)
@@ -177,7 +175,8 @@ class Cells {
   std::size_t at(int row, int column) const {
     return static_cast<std::size_t>(row * columns_ + column);
   }
-  /// Cuts one of two cells that touch at a corner alone: four walls would meet in its edge.
+  /// Cuts one of two cells that touch only at a corner, because four walls would meet in one edge
+  /// there. Returns whether any cell was cut.
   bool part_corners() {
     bool any = false;
     for (int r = 0; r + 1 < rows_; ++r)
@@ -232,9 +231,10 @@ void Solids::plate(const PlateGrid& grid) {
     }
 }
 
-void Solids::begin_part(std::size_t number) {
+std::size_t Solids::begin_part(std::size_t number) {
   face_part_.resize(mesh.faces.size(), part_);
   part_ = static_cast<std::uint8_t>(number);
+  return mark();
 }
 
 std::vector<std::uint8_t> Solids::face_parts() {

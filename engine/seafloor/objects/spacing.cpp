@@ -4,14 +4,16 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 namespace ensonify::engine {
 namespace {
 
 using Eigen::Vector2d;
 
 constexpr double cell_m = 2.0;
-// A larger disc is not put into cells but compared with all other discs: its cells could be far
-// more than those (a mesh may be a million metres long).
+// A larger disc is compared with all other discs instead of being put into cells, because it could
+// have many more cells than there are discs (a mesh may be a million metres long).
 constexpr double max_cells_across = 64.0;
 bool is_large(double reach_m) { return 2.0 * reach_m > max_cells_across * cell_m; }
 
@@ -25,12 +27,10 @@ double distance_m(const Vector2d& place, const Vector2d& a, const Vector2d& b) {
 }  // namespace
 
 PlacementArea::PlacementArea(std::vector<Vector2d> polygon) : polygon_(std::move(polygon)) {
-  Vector2d high = low_ = polygon_.front();
-  for (const Vector2d& corner : polygon_) {
-    low_ = low_.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  size_ = high - low_;
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& corner : polygon_) box.extend(corner);
+  low_ = box.min();
+  size_ = box.sizes();
 }
 
 PlacementArea::PlacementArea(const Disc& disc)

@@ -15,15 +15,15 @@ struct Disc {
   double radius_m = 0.0;
 };
 
-/// A part of the bed seen from above: a polygon, clockwise or counter-clockwise, or a disc.
+/// A horizontal area: a polygon, clockwise or counter-clockwise, or a disc.
 class PlacementArea {
  public:
   explicit PlacementArea(std::vector<Eigen::Vector2d> polygon);
   explicit PlacementArea(const Disc& disc);
 
-  /// Whether a disc lies inside, at least the margin away from the border.
+  /// Whether a disc is inside the area and at least margin_m away from its border.
   bool holds(const Disc& disc, double margin_m) const;
-  /// The place in the bounding box for two numbers in (0, 1].
+  /// The place in the bounding box for two numbers in (0, 1]: shares of its extents.
   Eigen::Vector2d at(double x, double y) const {
     return low_ + size_.cwiseProduct(Eigen::Vector2d(x, y));
   }
@@ -34,11 +34,11 @@ class PlacementArea {
   Eigen::Vector2d low_, size_;
 };
 
-/// The discs of the bed that are occupied. Small ones are in a hashed grid, so that a query visits
-/// only the neighbours and the few large ones.
+/// The discs of the bed that are occupied. Small discs are in a hashed grid, so a query visits only
+/// neighbours and the few large discs.
 class Layout {
  public:
-  /// Whether these discs are at least gap_m away from all occupied ones.
+  /// Whether these discs are at least gap_m away from all occupied discs.
   bool is_free(std::span<const Disc> discs, double gap_m) const;
   void take(std::span<const Disc> discs);
 

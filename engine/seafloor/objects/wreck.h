@@ -1,21 +1,15 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <string_view>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include <ensonify/engine/seafloor/objects/draws.h>
 #include <ensonify/engine/seafloor/objects/hull.h>
 #include <ensonify/engine/seafloor/objects/shape_family.h>
-#include <ensonify/engine/seafloor/objects/solids.h>
 
 namespace ensonify::engine {
 
-/// Makes one wreck. While its parts are made, the ship stands upright with its keel at z = 0. A
-/// share of its length is 0 at the stern and 1 at the bow.
+/// Makes one wreck. The parts are made in an upright ship with its keel at z = 0. Shares of the
+/// ship's length are 0 at the stern and 1 at the bow.
 class Wreck {
  public:
   explicit Wreck(FamilyForm& form);
@@ -34,16 +28,15 @@ class Wreck {
   void choose_hatches();
   double house_at() const;
 
-  // The hull of the upright ship, and what is in it.
+  // The hull of the upright ship, and things in it.
   void stretch(double from, double to);
-  void transom();
   void inside(double from, double to);
   void infill(double from, double to);
   void rib(double s, double lost);
   void heap(const Eigen::Vector2d& hold);
   void stern_gear();
 
-  // The deck of the upright ship, and what stands and lies on it.
+  // The deck of the upright ship, and things on it.
   void deck_of(double from, double to);
   void coamings(double from, double to);
   void submarine_deck(double from, double to);
@@ -56,10 +49,9 @@ class Wreck {
   void rails(double from, double to);
   void clutter(double from, double to);
 
-  // What became of the ship.
+  // The wreck on the bed, by variant.
   void lie(std::size_t mark, double list, double trim, double heading, double sunk_m,
            const Eigen::Vector2d& place);
-  double lowest_of_hull(double list) const;
   void whole();
   void broken();
   void frames_alone();

@@ -1,15 +1,8 @@
 #include <ensonify/engine/seafloor/objects/wreck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
-
-}  // namespace
 
 Wreck::Wreck(FamilyForm& form)
     : variant_(form.variant),
@@ -31,27 +24,19 @@ void Wreck::make() {
     whole();
 }
 
-/// Turns and sinks in what was made from a mark on: by its list, trim and heading.
+/// Turns everything since a mark by list, trim and heading, and sinks it into the bed.
 void Wreck::lie(std::size_t mark, double list, double trim, double heading, double sunk_m,
                 const Vector2d& place) {
-  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}, 0.0, 0.0, 0.0));
-  Eigen::Isometry3d turn = motion(Vector3d::Zero(), 0.0, list, 0.0);
-  solids_.move(mark, turn);
-  turn = motion({place.x(), place.y(), 0.0}, trim, 0.0, heading);
-  solids_.move(mark, turn);
-  // The lowest point of the hull, not of a mast that lies over the side.
-  const double low_m = lowest_of_hull(list);
-  solids_.move(mark, motion({0.0, 0.0, -low_m - sunk_m}, 0.0, 0.0, 0.0));
-}
-
-/// The lowest point of the midship section about its middle, with a list.
-double Wreck::lowest_of_hull(double list) const {
+  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}));
+  solids_.move(mark, motion(Vector3d::Zero(), 0.0, list, 0.0));
+  solids_.move(mark, motion({place.x(), place.y(), 0.0}, trim, 0.0, heading));
+  // By the lowest point of the midship section, because a mast over the side may be lower.
   double low = 0.0;
   for (int k = -16; k <= 16; ++k) {
     const Vector3d p = lines_.point(0.5, k / 16.0);
     low = std::min(low, (p.z() - 0.5 * lines_.depth_m) * std::cos(list) - p.x() * std::sin(list));
   }
-  return low;
+  solids_.move(mark, motion({0.0, 0.0, -low - sunk_m}));
 }
 
 void Wreck::whole() {
@@ -63,8 +48,7 @@ void Wreck::whole() {
           : radians(draws_.between(0.0, 9.0));
   const double depth = lines_.depth_m, reach = draws_.between(0.0, 0.7);
   const double trim = draws_.side() * reach * depth / (0.5 * length_m_);  // one end buried
-  solids_.begin_part(hull);
-  const std::size_t mark = solids_.mark();
+  const std::size_t mark = solids_.begin_part(hull);
   stretch(0.0, 1.0);
   lie(mark, side * list, trim, 0.0, (draws_.between(0.05, 0.3) + 0.6 * reach) * depth, {0.0, 0.0});
   field(10 + draws_.one_of(40), 1.1);
@@ -75,13 +59,10 @@ void Wreck::broken() {
   const double at = draws_.between(0.3, 0.7), gap = draws_.between(0.0, 0.1) * length_m_;
   for (const bool bow : {false, true}) {
     const std::size_t mark = solids_.mark();
-    if (bow)
-      stretch(at, 1.0);
-    else
-      stretch(0.0, at);
-    // About its own middle.
+    stretch(bow ? at : 0.0, bow ? 1.0 : at);
+    // Move the middle of this half to the origin.
     const double middle = length_m_ * (0.5 * (bow ? at + 1.0 : at) - 0.5);
-    solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, -middle, 0.0}));
     const bool upright = draws_.chance(0.6);
     const double side = draws_.side();
     const double list =
@@ -94,14 +75,13 @@ void Wreck::broken() {
   }
   const std::size_t mark = solids_.mark();
   field(25 + draws_.one_of(50), 1.3);
-  solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.0}, 0.0, 0.0, 0.0));
+  solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.0}));
 }
 
-/// The frames of a wooden ship stand out of the bed, over the bottom and the keelson.
+/// A wooden ship of which the frames, the bottom and the keelson are left.
 void Wreck::frames_alone() {
   open_ = true;
-  const std::size_t mark = solids_.mark();
-  solids_.begin_part(hull);
+  const std::size_t mark = solids_.begin_part(hull);
   const double left = draws_.between(0.15, 0.45);
   add_plating(solids_, lines_,
               {.from = 0.03,
@@ -134,12 +114,11 @@ void Wreck::frames_alone() {
   field(15 + draws_.one_of(40), 1.0);
 }
 
-/// The sides have fallen outwards over the bottom; boilers, engine and the ends stand out.
+/// A ship whose sides have fallen outwards; boilers, engine, bow and stern stand higher.
 void Wreck::collapsed() {
   open_ = true;
   const HullLines ship = lines_;
-  solids_.begin_part(hull);
-  std::size_t mark = solids_.mark();
+  std::size_t mark = solids_.begin_part(hull);
   lines_.depth_m *= draws_.between(0.12, 0.25);
   lines_.sheer_m = 0.0;
   lines_.stern_rise_m *= 0.2;
@@ -156,7 +135,7 @@ void Wreck::collapsed() {
   for (int i = 0; i < 16; ++i)
     if (const double s = draws_.between(0.15, 0.85); !draws_.chance(0.3))
       rib(s, draws_.between(0.0, 0.4));
-  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}, 0.0, 0.0, 0.0));
+  solids_.move(mark, motion({0.0, 0.0, -0.5 * lines_.depth_m}));
   lines_ = ship;
   fallen_sides();
   engine_room();
@@ -168,7 +147,7 @@ void Wreck::collapsed() {
     mark = solids_.mark();
     stretch(end.x(), end.y());
     const double middle = length_m_ * (0.5 * (end.x() + end.y()) - 0.5);
-    solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
+    solids_.move(mark, motion({0.0, -middle, 0.0}));
     const double sunk_m = draws_.between(0.15, 0.4) * lines_.depth_m;
     const double heading = radians(draws_.between(-20.0, 20.0));
     const double side = draws_.side(), list = side * radians(draws_.between(20.0, 95.0));

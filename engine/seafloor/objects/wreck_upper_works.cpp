@@ -1,18 +1,9 @@
 #include <ensonify/engine/seafloor/objects/wreck.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <vector>
-
 namespace ensonify::engine {
-namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
-
-}  // namespace
 
 void Wreck::deck_of(double from, double to) {
   if (type_ == Type::submarine) {
@@ -38,8 +29,7 @@ void Wreck::deck_of(double from, double to) {
                                      : r == rows ? std::min(to, 0.985)
                                                  : s) +
                                     torn - 0.5);
-      grid.front.emplace_back(half * across, y, z);
-      grid.back.emplace_back(half * across, y, z - plate_m_);
+      grid.add({half * across, y, z}, plate_m_);
     }
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < across_cells; ++c) {
@@ -75,8 +65,7 @@ void Wreck::submarine_deck(double from, double to) {
       const double s = low + (high - low) * r / rows, across = 1.0 - 2.0 * double(c) / columns;
       const double half = 1.0 * lines_.half_breadth_m(s), y = length_m_ * (s - 0.5);
       const double z = lines_.top_m(s) + 0.12 * lines_.beam_m * (1.0 - 0.9 * across * across);
-      grid.front.emplace_back(0.97 * half * across, y, z);
-      grid.back.emplace_back(0.97 * half * across, y, z - 0.13 * lines_.beam_m);
+      grid.add({0.97 * half * across, y, z}, 0.13 * lines_.beam_m);
     }
   solids_.plate(grid);
 }
@@ -145,17 +134,16 @@ void Wreck::forecastle() {
     const double s = from + (0.985 - from) * r / rows;
     for (const double across : {1.0, 0.0, -1.0}) {
       const double z = lines_.top_m(s) + 0.02 * lines_.beam_m * (1.0 - across * across);
-      const Vector3d at(
-          0.99 * lines_.half_breadth_m(s) * across,
-          length_m_ * (s - 0.5) + lines_.rake_m * std::pow((s - 0.8) / 0.2, 2.0) * (s > 0.8), z);
-      grid.front.push_back(at);
-      grid.back.emplace_back(at - Vector3d(0.0, 0.0, plate_m_));
+      grid.add(
+          {0.99 * lines_.half_breadth_m(s) * across,
+           length_m_ * (s - 0.5) + lines_.rake_m * std::pow((s - 0.8) / 0.2, 2.0) * (s > 0.8), z},
+          plate_m_);
     }
   }
   solids_.plate(grid);
 }
 
-/// Masts that stand, are broken off, or have fallen over the side.
+/// Masts that are upright, broken off, or fallen over the side.
 void Wreck::masts(double from, double to) {
   if (type_ == Type::barge || type_ == Type::submarine) return;
   solids_.begin_part(mast);
@@ -165,19 +153,19 @@ void Wreck::masts(double from, double to) {
   for (int i = 0; i < count; ++i) {
     const double s = at[static_cast<std::size_t>(i)];
     const double high = length_m_ * draws_.between(0.25, sailing ? 0.6 : 0.4);
-    const double fate = draws_.between(0.0, 1.0), side = draws_.side();
+    const double state = draws_.between(0.0, 1.0), side = draws_.side();
     const double fall = draws_.between(0.8, 1.5), swing = draws_.between(-0.6, 0.6);
     if (s < from + 0.02 || s > to - 0.02) continue;
     const double r = std::max(0.05, 0.012 * high), base = deck_m(s, 0.0) - 0.2 * lines_.depth_m;
     const Vector3d foot(0.0, length_m_ * (s - 0.5), base);
-    if (fate < 0.35) {
+    if (state < 0.35) {
       solids_.taper(foot, foot + Vector3d(0.0, -0.04 * high, high), r, 0.5 * r, 8);
       if (!sailing)  // a derrick boom
         solids_.taper(foot + Vector3d(0.0, 0.0, 0.25 * high),
                       foot + Vector3d(0.0, 0.5 * high * side, 0.45 * high), 0.6 * r, 0.5 * r, 8);
     } else {
-      solids_.taper(foot, foot + Vector3d(0.0, 0.0, (0.2 + 0.3 * fate) * high), r, 0.9 * r, 8);
-      if (fate < 0.8) {  // fallen over the side
+      solids_.taper(foot, foot + Vector3d(0.0, 0.0, (0.2 + 0.3 * state) * high), r, 0.9 * r, 8);
+      if (state < 0.8) {  // fallen over the side
         const Vector3d across(side * lines_.half_breadth_m(s), 0.0, lines_.top_m(s) - base);
         const Vector3d way =
             Vector3d(side * std::cos(swing), std::sin(swing), -0.2 * fall).normalized();
@@ -204,7 +192,7 @@ void Wreck::deck_gear(double from, double to) {
   }
 }
 
-/// What is left of the rail along the gunwale: posts, and pieces of its upper bar.
+/// Remains of the rail along the gunwale: posts, and pieces of its upper bar.
 void Wreck::rails(double from, double to) {
   if (type_ == Type::barge || type_ == Type::submarine) return;
   solids_.begin_part(hull);
@@ -225,7 +213,7 @@ void Wreck::rails(double from, double to) {
     }
 }
 
-/// What has fallen on the deck, or on the bottom of an open hull: planks, pipes and boxes.
+/// Planks and boxes that have fallen on the deck, or on the bottom of an open hull.
 void Wreck::clutter(double from, double to) {
   if (type_ == Type::submarine) return;
   solids_.begin_part(wreck_debris);
@@ -236,7 +224,7 @@ void Wreck::clutter(double from, double to) {
     const double across = draws_.between(-0.9, 0.9), long_m = draws_.between(0.04, 0.3);
     const double thick = std::clamp(0.03 * lines_.beam_m, 0.06, 0.6) * draws_.between(0.4, 1.6);
     const bool box = draws_.chance(0.3), beam = draws_.chance(0.5);
-    // Half of them fell nearly across or along the ship.
+    // Half of the pieces lie nearly across or along the ship.
     double turn = beam ? 0.5 * pi * draws_.one_of(2) : draws_.between(0.0, pi);
     if (beam) turn += draws_.between(-0.15, 0.15);
     const double lean = draws_.between(-0.4, 0.4);

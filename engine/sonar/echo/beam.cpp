@@ -1,8 +1,6 @@
 #include <ensonify/engine/sonar/echo/beam.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -25,8 +23,8 @@ double nearness_of(std::size_t row) {
 std::vector<float> row_of(const Shading& shading, double nearness, double step,
                           std::size_t columns) {
   std::vector<float> row(columns);
-  // The Fresnel integral over one half of the array, by Simpson's rule; the cosines of its steps by
-  // recurrence.
+  // The Fresnel integral over one half of the array, by Simpson's rule. The cosines of the steps
+  // follow by recurrence.
   const double last_x = step * static_cast<double>(row.size() - 1);
   const int steps = shading.whole_steps(64 + 2 * static_cast<int>(4.0 * (nearness + last_x)));
   const double du = 0.5 / steps;
@@ -39,7 +37,7 @@ std::vector<float> row_of(const Shading& shading, double nearness, double step,
     re[i] = 2.0 * weight * du / 3.0 * std::cos(phase);
     im[i] = 2.0 * weight * du / 3.0 * std::sin(phase);
   }
-  // Some columns at a time, because each of a column's steps waits for the one before.
+  // Several columns at a time, because in a column each step waits for the step before.
   constexpr std::size_t together = 8;
   for (std::size_t first = 0; first < row.size(); first += together) {
     std::array<double, together> turn, now, before, sum_re{}, sum_im{};
@@ -70,7 +68,7 @@ std::shared_ptr<const ArrayTable> usual_array_table() {
 
 std::shared_ptr<const ArrayTable> array_table(const Sonar& sonar, const Shading& shading,
                                               double lobe_rad) {
-  // What an outer beam needs beyond a tenth of the range.
+  // The angle by which an outer beam lies aside at a tenth of the range.
   const double aside_rad = sonar.beam_offset_m(sonar.parallel_beams() - 1) / (0.1 * sonar.range_m);
   const int lobes = static_cast<int>(
       std::clamp(std::ceil(aside_rad / lobe_rad), 1.0, double(sonar.lobes_beyond())));
@@ -182,7 +180,7 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
             .offset_m = static_cast<float>(offset_m),
             .shading = of.shading};
   };
-  // The beam is that of a separate receiver; the transmitter stays in the array's middle.
+  // A separate receiver has the beam; the transmitter stays in the array's middle.
   transmit_ = array(transmit, sonar.parallel_beams() == 1, beam_offset_m);
   receive_ = array(receive, true, 0.0);
   for (const double zone_m : sonar.focus_zones_m)

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <complex>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,15 +9,13 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/sonar/echo/beam_tables.h>
-#include <ensonify/engine/sonar/instrument/shading.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 
-/// LineArray::power as a table, which is the same for all arrays with one shading: over the angle x
-/// = L sin(psi) / lambda and the nearness |F|. Interpolated linearly in both; its error is within
-/// 0.3 % of the power on the axis for F below 5. The power is 0 beyond the side lobes for which the
+/// LineArray::power as a table over the angle x = L sin(psi) / lambda and the nearness |F|, with
+/// linear interpolation. All arrays with one shading have the same table. For F below 5 the error
+/// is within 0.3 % of the power on the axis. The power is 0 beyond the side lobes for which the
 /// table was made.
 class ArrayTable {
  public:
@@ -28,10 +24,10 @@ class ArrayTable {
 
   /// Two rows of the table, between which a nearness lies.
   struct Row {
-    const float* values;  ///< as values(), from the lower row on
-    float share;          ///< of the upper row
+    const float* values;  ///< values() from the lower row on
+    float share;          ///< weight of the upper row
     float columns_per_x;
-    float scale;  ///< power over value()
+    float scale;  ///< power divided by value()
   };
   Row row(double nearness) const;
   /// The power at x, divided by the row's scale.
@@ -45,7 +41,7 @@ class ArrayTable {
     return lower + row.share * (upper - lower);
   }
 
-  /// Row by row except the last, two values per column: the row's, and the next row's.
+  /// Row by row except the last. A column has two values: of the row, and of the next row.
   std::span<const float> values() const { return values_; }
   std::size_t columns() const { return columns_; }
   double reach() const { return reach_; }
@@ -60,11 +56,11 @@ class ArrayTable {
 /// The vertical pattern of a sector as a table over direction, whose lookup takes no arc tangent.
 class VerticalTable {
  public:
-  /// Of each sector of a sonar.
+  /// The tables of all sectors of a sonar.
   static std::vector<VerticalTable> of(const Sonar& sonar);
   VerticalTable(const VerticalPattern& pattern, const Sector& sector);
-  /// One-way power in a direction, from its components abeam (into the sector) and down; of any
-  /// length except 0.
+  /// One-way power in the direction with these components abeam (into the sector) and down. The
+  /// vector may have any length except 0.
   double power(double abeam, double down) const;
   std::span<const float> values() const { return values_; }
 
@@ -77,7 +73,7 @@ class VerticalTable {
 struct ReceiverMotion {
   Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< into the sector, at transmission
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
-  bool steady = true;                               ///< it has not moved: what follows is zero
+  bool steady = true;  ///< it neither moves nor turns: all values below are 0
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< metres per metre of the echo's range
   double drift_along = 0.0;                         ///< the part of drift along the array
   // The change of the array's axis and of the axes above, per metre of range.
@@ -86,16 +82,16 @@ struct ReceiverMotion {
   Eigen::Vector3d down_turn = Eigen::Vector3d::Zero();
 };
 
-/// The motion of a sector's receiver from its pose at t to that at t + 2 r / c, for echoes from all
-/// ranges r up to range_m. The axes are interpolated linearly over r.
+/// The motion of a sector's receiver from its pose at t to its pose at t + 2 r / c, for echoes from
+/// all ranges r up to range_m. The axes are interpolated linearly over r.
 ReceiverMotion receiver_motion(const Pose& pose, const Sector& sector, double range_m,
                                double sound_speed_mps);
 
 class Beam;
 
 /// The two-way field of a sonar's arrays at about one range, without the vertical patterns, over
-/// the sine of the angle from the arrays' broadside plane. Its square is what Beam::two_way() has a
-/// table of; its phase is that against the spherical wave of the array's middle.
+/// the sine of the angle from the arrays' broadside plane. Beam::two_way() has a table of the
+/// square of its magnitude. Its phase is relative to the spherical wave from the array's middle.
 class ArrayField {
  public:
   std::complex<double> at(double sine) const;
@@ -117,37 +113,35 @@ class Beam {
   static Beam of_element(const Sonar& sonar, double wavelength_m);
 
   /// Transmit power times receive power, integrated over the samples of a ray's plane, times the
-  /// cosine of elevation: the weight of the ray per radian of elevation. direction: of the ray,
-  /// unit, world axes. sector: its place in Sonar::sectors().
+  /// cosine of elevation: the weight of the ray per radian of elevation. direction: unit vector of
+  /// the ray in world axes. sector: index in Sonar::sectors().
   double two_way(std::size_t sector, std::span<const BeamSample> samples, double cos_elevation,
                  const Eigen::Vector3d& direction, double range_m,
                  const ReceiverMotion& motion) const;
-  /// The vertical patterns' part of two_way().
+  /// The vertical patterns in two_way(): one-way powers at transmission and at reception.
   struct VerticalPowers {
     double sent, heard;
   };
   VerticalPowers vertical_powers(std::size_t sector, const Eigen::Vector3d& direction,
                                  double range_m, const ReceiverMotion& motion) const;
-  /// The arrays' part.
+  /// The arrays' field near this range, which two_way() has as power.
   ArrayField field_near(const Eigen::Vector3d& direction, double range_m,
                         const ReceiverMotion& motion) const;
 
-  /// How a line array uses its table: x over sin(psi), nearness times range without focus (0:
-  /// focused at all ranges); and where the array is.
+  /// A line array, and how it uses its table: x_per_sine is x divided by sin(psi); nearness_m is
+  /// the nearness times the range, if the array is not focused (0: focused at all ranges).
   struct Array {
     float x_per_sine;
     double nearness_m;
-    bool in_zones;   ///< focused in zones_per_m()
+    bool in_zones;   ///< whether it is focused in the zones of zones_per_m()
     float offset_m;  ///< how far it lies behind the beam, along the array
     Shading shading;
   };
   const Array& transmit() const { return transmit_; }
   const Array& receive() const { return receive_; }
-  /// Whether both arrays are focused at all ranges.
   bool focused() const { return focused_; }
   /// 1 / range of each zone in which arrays are focused.
   std::span<const float> zones_per_m() const { return zones_per_m_; }
-  /// Whether the transmit and the receive array have the same pattern.
   bool same_arrays() const { return same_arrays_; }
   const ArrayTable& transmit_table() const { return *transmit_table_; }
   const ArrayTable& receive_table() const { return *receive_table_; }

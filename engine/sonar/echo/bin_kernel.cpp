@@ -23,7 +23,7 @@ namespace {
 using J = hn::Rebind<std::int32_t, D>;
 constexpr J j32;
 
-// Where some pieces lie in the bins, computed for a register of pieces at a time.
+// Where some pieces lie in the bins. One vector register of pieces is computed at a time.
 struct Spans {
   static constexpr std::size_t room = 64;
   alignas(64) double share_per_m[room];  // of the piece, signed: negative where the range falls
@@ -55,7 +55,7 @@ HWY_INLINE void find_spans(const PiecesToLay& pieces, std::size_t begin, std::si
   }
 }
 
-// A piece on its way into bins.
+// What put() needs of a piece.
 using Q = hn::CappedTag<double, 4>;
 constexpr Q quarter;
 constexpr std::size_t quarters = 4 / hn::MaxLanes(quarter);
@@ -66,7 +66,7 @@ struct PiecePayload {
   std::uint32_t visit;
   bool past;
 };
-// Puts part of a piece into a bin: that energy, seen at the place `along` the piece, from -1/2 at
+// Puts part of a piece into a bin: the energy `energy` at the place `along` the piece, from -1/2 at
 // its first end to 1/2 at its last.
 HWY_INLINE void put(EchoBins& to, EchoBin& bin, double energy, double along,
                     const PiecePayload& piece) {
@@ -100,7 +100,8 @@ HWY_INLINE void put(EchoBins& to, EchoBin& bin, double energy, double along,
   }
 }
 
-constexpr std::ptrdiff_t bins_ahead = 6;  // to fetch: the second-level cache takes so long
+// How many bins ahead to fetch, because the second-level cache takes so long.
+constexpr std::ptrdiff_t bins_ahead = 6;
 
 // Lays piece number i, which is number k of the spans.
 HWY_INLINE void lay_piece(const PiecesToLay& pieces, std::size_t i, const Spans& spans,
@@ -156,7 +157,7 @@ HWY_INLINE void lay_piece(const PiecesToLay& pieces, std::size_t i, const Spans&
     double edge_m = to.bin_m * static_cast<double>(spans.first[k] + spans.farther[k]);
     for (; bin != last; bin += step) {
       const double there = (edge_m - from_m) * share_per_m;
-      const double ends = there < begins ? begins : there;  // by rounding
+      const double ends = there < begins ? begins : there;  // only by rounding
       hwy::Prefetch(bin + bins_ahead * step);               // may lie outside; that has no effect
       put_until(*bin, ends);
       begins = ends;
@@ -189,7 +190,7 @@ void write_places(const EchoBin* bins, std::size_t count, const std::array<doubl
   constexpr std::size_t step = 4 / quarters, block = 16;
   constexpr double any = 1e300, right_angle = 0.5 * std::numbers::pi;
   const double from[4] = {origin[0], origin[1], origin[2], 0.0};
-  // Along a piece the angle is taken as linear, which may lead past its limits.
+  // The angle is taken as linear along a piece, so it may exceed its limits.
   const double least[4] = {-any, -any, -any, 0.0}, most[4] = {any, any, any, right_angle};
   constexpr hn::Rebind<float, Q> floats;
   alignas(64) float seen[4 * block];

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double same_place_m = 1e-3;  // of two estimates of a place
-constexpr int max_turns = 8;           // of such estimates
+constexpr double same_place_m = 1e-3;  // largest difference of two estimates of a place
+constexpr int max_turns = 8;           // number of estimates
 constexpr double inaudible = 14.0;     // nepers of energy that sound loses in the bed: 61 dB
 
 }  // namespace
@@ -25,7 +25,7 @@ void BuriedEchoes::find(const BuriedGroup& group, std::vector<ObjectEcho>& facet
   for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
     const FlatPart& flat_part = *group.parts[i].whole;
     const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
-    const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight on it
+    const BuriedPart* nearest = &group.parts[i];  // to the foot of the line of sight
     double min_m2 = std::numeric_limits<double>::infinity();
     for (end = i; end < group.parts.size() && group.parts[end].whole == &flat_part; ++end) {
       const BuriedPart& part = group.parts[end];
@@ -40,8 +40,8 @@ void BuriedEchoes::find(const BuriedGroup& group, std::vector<ObjectEcho>& facet
   }
 }
 
-/// The way to a place that lies depth_m under the bed's plane above a part; none where no sound
-/// enters, where next to nothing returns, or the place is not under the bed. A bent ray enters the
+/// The way to a place that lies depth_m under the bed's plane above a part. None if no sound
+/// enters, if next to nothing returns, or if the place is not under the bed. A bent ray enters the
 /// bed like the straight ray of a sonar at the apparent place of this sonar. The point of entry
 /// depends on the apparent place, and this place on the point, so both are found by iteration.
 std::optional<BuriedEchoes::Way> BuriedEchoes::way_into_bed(const Vector3d& away, double depth_m,
@@ -78,7 +78,7 @@ std::optional<BuriedEchoes::Way> BuriedEchoes::way_into_bed(const Vector3d& away
   }
 }
 
-/// The echo of 1 m^2 of cross-section by that way; energy 0 if there is none.
+/// The echo of 1 m^2 of cross-section by that way; energy 0 if there is no echo.
 BuriedEchoes::Sight BuriedEchoes::see(const Way& way) const {
   ObjectSight::Line line;
   if (!sight_.see(way.ray, line)) return {};
@@ -141,8 +141,8 @@ void BuriedEchoes::add_facets(const BuriedPart& part, const BuriedGroup& group, 
   }
 }
 
-/// The glint of the whole flat part, with the bed above one of its parts. For the flat part the
-/// sound comes from a place that is sqrt(J) away, against the direction in which it arrives.
+/// The glint of the whole flat part, with the bed above one of its parts. The flat part is treated
+/// as if the sonar was sqrt(J) away, in the direction from which the sound arrives.
 void BuriedEchoes::add_glint(const BuriedPart& part, const BuriedGroup& group, double specular,
                              std::vector<ObjectEcho>& glints) const {
   const FlatPart& flat_part = *part.whole;
@@ -156,8 +156,9 @@ void BuriedEchoes::add_glint(const BuriedPart& part, const BuriedGroup& group, d
   const Vector3d off = flat_part.middle - part.flat.middle;
   const double wavelength_m = wavelength_m_ * to_part->sediment->sound_speed_ratio;
   const Vector3d apparent = std::sqrt(to_part->path.spreading_m2) * to_part->arrival;
-  // Its direction changes over a facet by more or less than that of a sonar at one place: from each
-  // corner its own counts, so that neighbours agree which of them has the glint.
+  // Over a facet, the direction of the sound changes by more or less than the direction to a sonar
+  // at one place. So each corner has its own direction, and neighbouring facets agree on which of
+  // them has the glint.
   const auto sonar_from = [&](const Vector3d& place) {
     const Vector3d from_part = place - part.flat.middle;
     const auto way =

@@ -6,31 +6,20 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
-#include <ensonify/engine/sonar/echo/material_in_sonar.h>
-#include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/object_sight.h>
 #include <ensonify/scatter/buried_path.h>
-#include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 
-/// The echoes of things in the bed. Sound that enters a bed of sediment reaches them along the path
-/// of Snell's law (scatter::BuriedPath), and they return
-///
-///     b_t b_r sigma (1 - |R|^2)^2 exp(-4 k delta / nu s) / J^2,
-///
-/// with the path s in the sediment and J, the geometric mean of the spreading of both ways. sigma
-/// is that of their flat parts, at the angle at which the sound arrives: sigma(grazing) times area,
-/// and the glint with the wavelength of the sediment, as if they lay at the range sqrt(J). They
-/// appear at the range of their travel time. Rays decide how much is seen: those next to the ray
-/// that leads to the place where the sound enters the bed. A bent ray enters the bed as a straight
-/// ray does that arrives there in the same direction with the same spreading. Left out: that buried
-/// things hide one another, and what the bed's roughness lets in below the critical angle.
+/// The echoes of things in the bed: engine/sonar/README.md, "Buried things". Flat parts return
+/// sound as if they lay at the range sqrt(J), with J the geometric mean of the spreading of both
+/// ways. How much is seen follows from the rays next to the ray to the place where the sound enters
+/// the bed. A bent ray enters the bed like the straight ray that arrives there in the same
+/// direction with the same spreading.
 class BuriedEchoes {
  public:
-  /// All that is given must outlive this.
+  /// All arguments must outlive this.
   BuriedEchoes(const ObjectSight& sight, std::span<const MaterialInSonar> materials,
                double wavelength_m)
       : sight_(sight), materials_(materials), wavelength_m_(wavelength_m) {}
@@ -40,7 +29,7 @@ class BuriedEchoes {
             std::vector<ObjectEcho>& glints) const;
 
  private:
-  struct Way {  // to a place in the bed, from the sonar
+  struct Way {  // from the sonar to a place in the bed
     scatter::BuriedPath path;
     const scatter::Sediment* sediment;
     RayToPlace ray;           // to where it enters the bed

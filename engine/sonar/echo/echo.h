@@ -33,7 +33,8 @@ enum class Artefact : std::uint32_t {
 /// The definition of an artefact. All are in the table of kind_of().
 struct ArtefactKind {
   std::string_view name;  ///< in files
-  /// The first of the numbers that its random stream belongs to; no two artefacts have the same.
+  /// The first number of the key of its random stream, different for each artefact; unset: no
+  /// stream.
   std::optional<std::uint64_t> stream = {};
 };
 constexpr ArtefactKind kind_of(Artefact artefact) {
@@ -52,11 +53,11 @@ constexpr ArtefactKind kind_of(Artefact artefact) {
   }
   return {};
 }
-/// The random stream of an artefact that has one; (a, b) is what the numbers belong to in it.
+/// The random stream of an artefact that has one. (a, b): what the numbers belong to, such as a
+/// ping.
 RandomStream artefact_stream(std::uint64_t seed, Artefact artefact, std::uint64_t a = 0,
                              std::uint64_t b = 0);
 
-/// The artefacts of a ping.
 struct Artefacts {
   std::uint32_t bits = 0;
 
@@ -75,27 +76,30 @@ enum class Region : std::uint32_t {
   object = 3,
   shadow = 4
 };
-/// What users read, in the order of the numbers.
+/// Names for users, in the order of the numbers.
 inline constexpr std::array<std::string_view, 5> region_names{"no data", "water column", "seabed",
                                                               "object", "shadow"};
 constexpr std::string_view name_of(Region region) {
   return region_names[static_cast<std::size_t>(region)];
 }
 
-/// What is known of each range bin, one value per bin: of one line of one ping in an EchoLine, of
-/// all pings in a Waterfall. Names, units and meanings are those of the files.
+/// The layers of range bins, one value per bin. An EchoLine has the bins of one line of one ping, a
+/// Waterfall those of all pings. The layers in files have the same names, units and meanings.
 struct BinLayers {
   std::vector<float> intensity;  ///< as received: mean squared pressure, uPa^2, before any gain
   std::vector<std::uint32_t> sample;  ///< the recorder's output: Recorder::sample
-  /// The expectation of the echo alone, over speckle and over the ground's texture below the cell.
+  /// The expected value of the echo alone: its mean over speckle and over texture of the ground
+  /// that is finer than a cell.
   std::vector<float> intensity_mean;
   std::vector<float> range_m;         ///< slant range of the bin's centre
-  std::vector<float> x_m, y_m, z_m;   ///< energy-weighted place of what the bin saw, local metres
+  std::vector<float> x_m, y_m, z_m;   ///< energy-weighted place of the echo, local metres
   std::vector<float> grazing_rad;     ///< energy-weighted
   std::vector<std::uint32_t> region;  ///< a Region
-  std::vector<std::uint32_t> sediment, class_id, instance;  ///< those with the most energy
-  std::vector<float> fraction;                              ///< that triple's share of the energy
-  std::vector<float> shadow_fraction;  ///< beam-weighted share of the planes that jump over the bin
+  /// The three with the most energy together.
+  std::vector<std::uint32_t> sediment, class_id, instance;
+  std::vector<float> fraction;  ///< their share of the energy
+  /// Beam-weighted share of the planes in which the bin is in shadow.
+  std::vector<float> shadow_fraction;
   std::vector<std::uint32_t>
       shadow_instance;                 ///< what casts the shadow; 0: the bed outside its features
   std::vector<std::uint32_t> layover;  ///< 1 where one plane sees several places in the bin
@@ -120,36 +124,37 @@ struct BinLayers {
     f("shadow_instance", &BinLayers::shadow_instance);
     f("layover", &BinLayers::layover);
   }
-  /// Every layer to that many bins, all zero.
+  /// Gives every layer that many bins, all zero.
   void assign(std::size_t bins) {
     for_each([&](std::string_view, auto layer) { (this->*layer).assign(bins, 0); });
   }
 };
 
-/// A plane part of an object's surface that mirrors the bed before it.
+/// A plane part of an object's surface that mirrors the bed in front of it.
 struct WallFacet {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();    ///< from the sonar
   Eigen::Vector3d normal = -Eigen::Vector3d::UnitX();  ///< unit, out of the object
-  double length_m = 0.0, height_m = 0.0;               ///< level, and across that
-  /// share of the energy that arrives, times the share of the facet that the sonar sees
+  double length_m = 0.0, height_m = 0.0;  ///< in its horizontal direction, and across that
+  /// Share of the arriving energy that is reflected, times the share of the facet that the sonar
+  /// sees.
   double reflected = 0.0;
-  double slope = 0.0;  ///< rms of the surface's own inclination in one direction, as a tangent
+  double slope = 0.0;  ///< rms inclination of the rough surface, in one direction, as a tangent
 };
 
-/// The echo of one beam of one sector of one ping: bins from near to far, and what was counted on
-/// the way.
+/// The echo of one beam of one sector of one ping: bins from near to far, and counts.
 struct EchoLine {
-  std::size_t sector = 0;  ///< its place in Sonar::sectors()
+  std::size_t sector = 0;  ///< index in Sonar::sectors()
   int beam = 0;            ///< from the rear, see Sonar::beams
   BinLayers bins;
   int first_return = -1;  ///< the first bin with an echo; -1: none
   int starved = 0;        ///< bins behind the bed's first return that nothing could reach
-  Artefacts artefacts;    ///< what spoiled it
-  float gain = 1.0f;      ///< the recorder's in this ping, over its usual one; of the amplitude
+  Artefacts artefacts;    ///< of this line
+  /// Factor of the amplitude: the recorder's gain in this ping, divided by its usual gain.
+  float gain = 1.0f;
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;
-  /// The steady part of the echo: the field of the objects' glints per bin (SteadyField), whose
-  /// square is part of intensity_mean. Empty: there is none.
+  /// The steady part of the echo: the field of the objects' glints per bin (SteadyField). Its
+  /// square is part of intensity_mean. Empty: there are no glints.
   std::vector<float> glint_re, glint_im;
   std::vector<WallFacet> walls;  ///< empty unless they are looked for, see MaterialInSonar
 };

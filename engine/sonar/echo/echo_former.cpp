@@ -190,7 +190,7 @@ void EchoFormer::begin(const SectorView& view, EchoLine& line) {
   if (max_rays_.size() < rays + lane_padding) max_rays_.resize(rays + lane_padding);
 }
 
-/// Pieces of runs: as long as their ranges are nearly a straight line, and the beam as well.
+/// Cuts runs into pieces over which the ranges, and the beam, are nearly a straight line.
 void EchoFormer::cut_runs(const FanRuns& runs, std::size_t plane) {
   pieces_.clear();
   const std::size_t first = runs.first[plane], count = runs.first[plane + 1] - first;
@@ -207,7 +207,7 @@ void EchoFormer::cut_runs(const FanRuns& runs, std::size_t plane) {
     const std::size_t run = first + i;
     const std::uint16_t label = labels_.label_of(runs.face[run]);
     const Label& of_face = labels_[label];
-    // The back of a two-sided face is its front, turned.
+    // The back of a two-sided face is treated as its front, turned.
     const double sign = runs.distance[run] > 0.0 && of_face.two_sided ? -1.0 : 1.0;
     PieceTable::Piece piece{.begin = runs.begin[run],
                             .end = 0,
@@ -226,8 +226,8 @@ void EchoFormer::cut_runs(const FanRuns& runs, std::size_t plane) {
   }
 }
 
-/// Pieces of neighbouring bent rays on one face. The middle ray stands for all: in the straightened
-/// space, where it runs straight, the face it meets is turned a little.
+/// Makes pieces of neighbouring bent rays on one face. The middle ray stands for all. In the
+/// straightened space, in which this ray is straight, the face that it meets is turned a little.
 void EchoFormer::cut_hits(std::span<const Hit> hits, IncidenceSource& incidences,
                           std::size_t plane) {
   pieces_.clear();
@@ -275,24 +275,22 @@ void EchoFormer::compute(std::size_t plane, EchoLine& line) {
   for (std::size_t i = 0; i < pieces_.count; ++i) line.hits += pieces_.end[i] - pieces_.begin[i];
   if (pieces_.count == 0) return;
   pieces_.pad();
-  pieces_.break_count = compute_echoes(kernel_args(plane), pieces_.echoes());
-}
-
-PieceKernelArgs EchoFormer::kernel_args(std::size_t plane) const {
   const RayFan& fan = *view_.fan;
   const Eigen::Vector3d direction = fan.plane_direction(plane);
-  return {.pieces = pieces_.geometry(),
-          .rays = ray_angles(*view_.layout),
-          .direction = {direction.x(), direction.y(), direction.z()},
-          .pole_direction = {fan.pole.x(), fan.pole.y(), fan.pole.z()},
-          .range_m = fan.range_m,
-          .bin_m = bins_.bin_m(),
-          .beam = plane_beam(view_, plane),
-          .strengths = strengths_.data()};
+  pieces_.break_count =
+      compute_echoes({.pieces = pieces_.geometry(),
+                      .rays = ray_angles(*view_.layout),
+                      .direction = {direction.x(), direction.y(), direction.z()},
+                      .pole_direction = {fan.pole.x(), fan.pole.y(), fan.pole.z()},
+                      .range_m = fan.range_m,
+                      .bin_m = bins_.bin_m(),
+                      .beam = plane_beam(view_, plane),
+                      .strengths = strengths_.data()},
+                     pieces_.echoes());
 }
 
-/// Straight rays, where absorption depends on depth: gain_ absorbs the same everywhere, so the
-/// difference is added here.
+/// For straight rays, if absorption depends on depth: gain_ has the same absorption at all depths,
+/// so the difference is added here.
 void EchoFormer::absorb_over_depth() {
   if (!profile_) return;
   const double from_m = -view_.fan->origin.z();
@@ -304,9 +302,9 @@ void EchoFormer::absorb_over_depth() {
   }
 }
 
-/// Bent rays: the kernel computed them as straight ones. Puts in their own spreading, absorption,
-/// grazing angle and place, and how the last two change. (gain_ absorbs over the range that their
-/// travel time stands for.)
+/// The kernel computed bent rays as straight rays. Replaces spreading, absorption, grazing angle
+/// and place by those of the bent rays, and the changes of the last two over a piece. (gain_
+/// absorbs over the range that their travel time stands for.)
 void EchoFormer::correct_bent_rays() {
   const FanGrid& grid = *view_.fan->grid;
   for (std::size_t i = 0; i < pieces_.count; ++i) {
@@ -352,7 +350,7 @@ void EchoFormer::leave_out_small_objects() {
     if (objects_.small(pieces_.label[i])) pieces_.energy[i] *= almost_nothing;
 }
 
-/// Moves the places of one of several beams to the middles of their energy.
+/// Moves the places that one of several beams sees to the middles of their energy.
 void EchoFormer::move_aside() {
   if (view_.beam->transmit().offset_m == 0.0f) return;
   const Eigen::Vector3d& ahead = view_.fan->array_axis;
@@ -371,13 +369,14 @@ void EchoFormer::lay(std::size_t plane) {
 }
 
 /// How much nearer than its range an echo appears. drift: the part of ReceiverMotion::drift along
-/// its ray, which is the closing speed over c / 2.
+/// its ray, which is the closing speed divided by c / 2.
 double EchoFormer::nearer_m(double range_m, double drift) const {
   return (0.5 * range_m + closing_shift_m_) * drift;
 }
 
-/// Correction of the absorption of a sweep's echo. gain_ has the absorption up to the bin, which is
-/// nearer than half the path out and back by closing_shift_m_ times the drift.
+/// The factor that corrects the absorption of a sweep's echo. gain_ has the absorption for the
+/// range of the bin. Half the path out and back is longer than that, by closing_shift_m_ times the
+/// drift.
 double EchoFormer::absorbed_beyond_bin(double drift) const {
   constexpr double nepers_per_db = 0.1 * std::numbers::ln10;
   const double x = -2.0 * nepers_per_db * absorption_db_per_m_ * closing_shift_m_ * drift;

@@ -5,49 +5,32 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/seafloor/face_labels.h>
-#include <ensonify/engine/simd/cache_lines.h>
-#include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/echo/fan_aim.h>
 #include <ensonify/engine/sonar/echo/fan_planes.h>
-#include <ensonify/engine/sonar/echo/material_in_sonar.h>
-#include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echoes.h>
-#include <ensonify/engine/sonar/echo/piece_table.h>
-#include <ensonify/engine/sonar/echo/range_bins.h>
-#include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
-#include <ensonify/engine/sonar/echo/surface_walk.h>
-#include <ensonify/engine/trace/fan_runs.h>
-#include <ensonify/engine/trace/fan_tracer.h>
-#include <ensonify/engine/trace/refraction/ray_incidence.h>
-#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
 /// Turns what the rays of a fan hit into the expected echo of one sector of one ping, and into the
 /// truth about each of its range bins.
 ///
-/// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the
-/// area r^2 dOmega / sin(g), and returns b_t b_r sigma(g) / r^4 of what was sent to it, with
-/// absorption along the way. (A bent ray spreads to J, its spreading_m2, both on the way out and on
-/// the way back: its area is J dOmega / sin(g), the way out cancels against it, and the way back
-/// puts 1 / J for 1 / r^2. g is the angle at which it arrives.)
+/// engine/sonar/README.md, "The expected echo", has the energy of a ray. For a bent ray J is its
+/// spreading_m2, and the grazing angle is taken where it arrives.
 ///
-/// Within a plane of the fan that is a density over elevation. A run of neighbouring rays on one
-/// face becomes one piece or a few. A piece has the density at its middle over the elevations
+/// Within a plane of the fan this energy is a density over elevation. A run of neighbouring rays on
+/// one face becomes one piece or a few. A piece has the density at its middle over the elevations
 /// halfway to the neighbouring rays, and its energy lies in the bins between the ranges of its
-/// ends. Where one surface continues from piece to piece, these ends meet halfway; where it breaks
-/// off, each piece keeps its own half step (SurfaceWalk). The echo of a place at the range r that
-/// closes at the speed v comes back when the sonar is 2 r v / c nearer, which shifts it in range by
-/// r v / c. The echo of a sweep is nearer still (Pulse::closing_shift_s). Its energy, truth and
-/// shadows are at the shifted range. The bins are then convolved with the pulse's energy response.
-/// The truth is not: a bin has the truth of the places at its own range. With a CW pulse these are
-/// the farthest places that its energy came from; the others are up to c T / 2 nearer.
+/// ends. Where one surface continues from piece to piece, these ends meet halfway; where the
+/// surface breaks off, each piece keeps half a step at its end (SurfaceWalk). The echo of a place
+/// at the range r that closes at the speed v comes back when the sonar is 2 r v / c nearer, which
+/// shifts it in range by r v / c. The echo of a sweep is nearer still (Pulse::closing_shift_s). Its
+/// energy, truth and shadows are at the shifted range. The bins are then convolved with the pulse's
+/// energy response. The truth is not convolved: a bin has the truth of the places at its range.
+/// With a CW pulse, these are the farthest places from which its energy comes; other places are up
+/// to c T / 2 nearer.
 ///
-/// Objects have more: see ObjectEchoes. A glint is steady, its phase is that of its path; glints
-/// interfere while their pulses overlap (SteadyField).
+/// Objects have further echoes: see ObjectEchoes. A glint is steady, and the length of its path
+/// gives its phase. Glints interfere while their pulses overlap (SteadyField).
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
@@ -57,8 +40,8 @@ class EchoFormer {
              const ObjectSurfaces& surfaces = {});
 
   /// Fills a line, whose sector is set, with what one of the sonar's beams receives of a fan. The
-  /// speckled intensity is left at the expectation. (The t of bent rays' hits is the range that
-  /// their travel time stands for.)
+  /// layer `intensity` gets the expected values. (The t of bent rays' hits is the range that their
+  /// travel time stands for.)
   void form(const Beam& beam, const FanAim& aim, const FanHits& hits, EchoLine& line);
   /// The number of range bins that echoes are formed in, those beyond the sonar's included.
   std::size_t bins() const { return bins_.size(); }
@@ -71,7 +54,6 @@ class EchoFormer {
   void cut_runs(const FanRuns& runs, std::size_t plane);
   void cut_hits(std::span<const Hit> hits, IncidenceSource& incidences, std::size_t plane);
   void compute(std::size_t plane, EchoLine& line);
-  PieceKernelArgs kernel_args(std::size_t plane) const;
   void absorb_over_depth();
   void correct_bent_rays();
   void leave_out_small_objects();
@@ -88,7 +70,7 @@ class EchoFormer {
   std::span<const MaterialInSonar> materials_;
   std::vector<float> strengths_;              // the values of all materials' tables, in a row
   std::vector<std::int32_t> strengths_from_;  // by material: where its values begin
-  double absorption_db_per_m_;                // as gain_ has it
+  double absorption_db_per_m_;                // contained in gain_
   const scatter::SoundSpeedProfile* profile_;
   double wavelength_m_;
   RangeBins bins_;
@@ -101,7 +83,7 @@ class EchoFormer {
   std::vector<double> energy_;  // per bin, with gain; and room for the pulse at both ends
   std::vector<double> sums_;    // per bin of the line, after the pulse
 
-  // Of the sector that is formed:
+  // The sector whose echo is formed:
   SectorView view_{};
   // Of the plane that is formed:
   PieceTable pieces_;

@@ -10,7 +10,6 @@
 
 #include <ensonify/engine/simd/gather-inl.h>
 #include <ensonify/engine/simd/lanes-inl.h>
-#include <ensonify/engine/sonar/echo/beam_tables.h>
 #include <ensonify/engine/sonar/echo/echo_kernel.h>
 #include <ensonify/scatter/backscatter_cells.h>
 
@@ -19,7 +18,7 @@ namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
 
-// One register of floats is a `wide` group of pieces; doubles take it in halves of `lanes` each.
+// A register of floats has `wide` pieces. Doubles take these in halves of `lanes` pieces.
 using D = hn::CappedTag<double, 8>;
 using F = hn::CappedTag<float, 16>;
 using H = hn::Rebind<float, D>;  // the floats of one half
@@ -174,7 +173,8 @@ HWY_INLINE ArrayRow array_row(const PlaneBeam& beam, const PlaneBeam::Array& arr
 HWY_INLINE VF array_value(const PlaneBeam::Array& array, const ArrayRow& row, VF x) {
   const VF place = hn::Abs(x) * row.columns_per_x;
   const auto inside = place < set(static_cast<float>(array.columns - 1));
-  if (hn::AllFalse(f, inside)) return hn::Zero(f);  // many, where only the near field reaches
+  // This is frequent in planes that only the near field reaches.
+  if (hn::AllFalse(f, inside)) return hn::Zero(f);
   const VI column = hn::ConvertTo(i32, hn::IfThenElseZero(inside, place));
   const VF right = place - hn::ConvertTo(f, column);
   const VI at = row.values + column;
@@ -211,7 +211,7 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine, VF&
     const VF sine_off = cosine * set(sample.sin_azimuth);
     const VF transmitted =
         array_value(beam.transmit, row, fma(sine_off, set(beam.transmit.x_per_sine), sent_x));
-    // Many samples of the planes that only the near field reaches.
+    // This holds for many samples of planes that only the near field reaches.
     if (hn::AllTrue(f, transmitted == set(0.0f))) continue;
     const VF received = beam.steady && beam.same_arrays
                             ? transmitted
@@ -226,9 +226,9 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine, VF&
   return cosine * sent * (heard * sum) * (row.scale * heard_row.scale);
 }
 
-// scatter::BackscatterTable::sigma_over_sine. `falls` is for an even facet, on which the grazing
-// angle's sine goes as 1 / range: there sigma / sine, times the elevation per metre of range, goes
-// as range^-falls.
+// scatter::BackscatterTable::sigma_over_sine. `falls` is for a plane facet, on which the sine of
+// the grazing angle is proportional to 1 / range. There sigma / sine, times the elevation per metre
+// of range, is proportional to range^-falls.
 HWY_INLINE VF sigma_over_sine(const float* strengths, VI from, VF sine, VF cosine2, VF& falls) {
   using namespace scatter::backscatter_cells;
   const VF tangent2 =
@@ -271,8 +271,8 @@ HWY_INLINE Middle middle_of(const RayAngles& rays, VJ begin, VJ end) {
               hn::GatherIndex(d, rays.edge_rad, hn::PromoteTo(i64, begin))};
 }
 
-// Adds to the slopes of energy what the beam's change from the piece before to the piece behind
-// makes of them, where all three see nearly the same.
+// Adds the change of the beam from the piece before to the piece behind to the slope of energy, if
+// the three pieces are neighbours and their beam weights are similar.
 void add_slope_of_beam(const PieceGeometry& pieces, const PieceEchoes& out) {
   const VF half = set(0.5f), one = set(1.0f);
   for (std::size_t i = 1; i + 1 < pieces.count; i += wide) {
@@ -296,10 +296,10 @@ void add_slope_of_beam(const PieceGeometry& pieces, const PieceEchoes& out) {
   }
 }
 
-// Where pieces meet, and where they surely do not break off. Two facets that meet between rays are
-// no farther apart in range than one of them runs from ray to ray; twice that is allowed, for the
-// small facets that may lie between. Where two rays' places are no farther apart than two bins,
-// nothing more is asked. SurfaceWalk looks at the others.
+// Computes where pieces meet, and finds the pieces that may break off. Two facets that meet between
+// rays are no farther apart in range than one of them runs from ray to ray; twice that is allowed,
+// for the small facets that may lie between. This is enough if the places of two rays are no
+// farther apart than two bins. SurfaceWalk looks at the others.
 std::size_t find_breaks(const PieceKernelArgs& in, const PieceEchoes& out) {
   const PieceGeometry& pieces = in.pieces;
   std::size_t count = 0;
@@ -363,7 +363,8 @@ HWY_INLINE Places places_of(const PieceKernelArgs& in, std::size_t first) {
     const V found_m = hn::LoadU(d, in.pieces.distance + i) * inverse;
     const auto answers = hn::And(front, hn::And(found_m > zero, found_m <= set(2.0 * in.range_m)));
     const V range_m = hn::IfThenElse(answers, found_m, set(in.range_m));
-    // How the range grows on one facet over half the piece, held to what a straight line can mean.
+    // How the range grows on one facet over half the piece, limited to what a straight line can
+    // describe.
     const V limit_m = set(0.25) * range_m;
     const V to_end_m = range_m * turning * (inverse * (set(-0.5) * width));
     places.range_m.of[half] = range_m;
@@ -375,7 +376,8 @@ HWY_INLINE Places places_of(const PieceKernelArgs& in, std::size_t first) {
   return places;
 }
 
-// Stores what the middles of one half see, and how it changes over the piece.
+// Stores the places and grazing angles at the middles of one half, and their changes over the
+// piece.
 HWY_INLINE void store_middles(const PieceKernelArgs& in, const PieceEchoes& out, std::size_t i,
                               const Middle& at, V range_m, V to_end_m, V grazing,
                               V grazing_change) {
@@ -499,11 +501,9 @@ HWY_EXPORT(compute_echoes);
 std::size_t compute_echoes(const PieceKernelArgs& in, const PieceEchoes& out) {
   return HWY_DYNAMIC_DISPATCH(compute_echoes)(in, out);
 }
-
 void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays) {
   HWY_DYNAMIC_DISPATCH(limit_runs)(in, max_rays);
 }
-
 void shift_ranges(const RangeShiftArgs& in, double* from_m, double* until_m) {
   HWY_DYNAMIC_DISPATCH(shift_ranges)(in, from_m, until_m);
 }

@@ -32,7 +32,7 @@ struct PieceGeometry {
 
 /// The elevations of a fan's rays, as in RayLayout.
 struct RayAngles {
-  const double* edge_rad;          ///< halfway from each elevation to the one before it
+  const double* edge_rad;          ///< halfway from each elevation to the elevation before
   const RayDirection* directions;  ///< of each elevation (2 j), and halfway to the next (2 j + 1)
 };
 
@@ -93,15 +93,15 @@ struct PieceEchoes {
   /// The two-way beam times the solid angle per radian of elevation; 0 where no echo comes back.
   float* beam_weight;
   /// One of several beams: how far the energy's middle lies ahead of the rays, along the array.
-  /// Such a beam may be so lopsided that the rays of wide planes do not lie in the middle of their
-  /// energy.
+  /// Such a beam may be so asymmetric that the rays of wide planes do not lie in the middle of
+  /// their energy.
   float* aside_m;
   /// How much the energy's density over range changes from end to end, as a share of its mean.
   float* energy_slope;
-  float* width_rad;     ///< the elevation that the piece stands for
+  float* width_rad;     ///< the elevations that the piece stands for
   float* ray_step_rad;  ///< the part of width_rad that belongs to one ray
-  /// The ranges between which a piece is laid: halfway to those of its neighbours. Not final for
-  /// pieces in `breaks`, nor for those before them.
+  /// The ranges between which a piece is laid: halfway to its neighbours' ranges. Not final for the
+  /// pieces in `breaks` and for the pieces before these.
   double *from_m, *until_m;
   /// Ascending: the pieces that do not surely continue the surface of the piece before them.
   std::uint32_t* breaks;
@@ -124,7 +124,7 @@ struct RunLimitArgs {
 void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays);
 
 /// How the echoes of a moving sonar are shifted in range: by the part of ReceiverMotion::drift
-/// along a ray, times half the range and `closing_shift_m`.
+/// along a ray, times the sum of half the range and `closing_shift_m`.
 struct RangeShiftArgs {
   std::size_t count;  ///< of pieces
   const std::uint32_t *begin, *end;

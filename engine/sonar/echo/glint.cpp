@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <limits>
 #include <numbers>
 #include <span>
@@ -23,7 +22,7 @@ using Eigen::Vector3d;
 using std::numbers::inv_sqrtpi, std::numbers::pi;
 
 constexpr double side_lobes = 10.0;  // of a straight line that count
-constexpr double zones = 1.5;        // lambda r beyond its end, squared, within which it counts
+constexpr double zones = 1.5;        // a line counts up to sqrt(zones lambda r) beyond its end
 constexpr double rounding_margin = 1.001;
 
 /// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
@@ -98,10 +97,10 @@ std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& awa
   const Vector3d along = flat_part.along.cast<double>(), across = flat_part.across.cast<double>();
   const double length_m = double(flat_part.length_m), width_m = double(flat_part.width_m);
   const double array_m = array_length_m(beam);
-  // The foot of the line of sight, and the place that is most nearly a mirror. Its range counts,
-  // which on a long flat part is not that of the middle.
+  // The foot of the line of sight, and the place of the flat part that is nearest to it. The range
+  // of this place counts; on a long flat part it differs from the range of the middle.
   const double along_m = -away.dot(along), across_m = -away.dot(across);
-  // Most are inclined too far even at the range of the middle, which is not nearer.
+  // Most flat parts are inclined too far already at the range of their middle, which is not less.
   const double middle_m2 = away.squaredNorm();
   if (beyond_reach(along_m, length_m, middle_m2, wavelength_m, array_m) ||
       beyond_reach(across_m, width_m, middle_m2, wavelength_m, array_m))
@@ -132,7 +131,8 @@ std::optional<Mirror> flat_mirror(const FlatPart& flat_part, const Vector3d& awa
                                              : 0.0};
 }
 
-/// A corner of a facet, with the normal on the side that the sonar sees, and the sonar from there.
+/// A corner of a facet, with the normal on the side that the sonar sees, and where the sonar
+/// appears to be from there.
 struct Corner {
   Vector3d place, normal, sonar;
   double per_m2;  // Gaussian curvature
@@ -153,8 +153,8 @@ Vector3d place_on(std::span<const Corner> corners, std::span<const double> share
   return place + out_m * normal.normalized();
 }
 
-/// Whether all normals are turned to one side of the direction to the sonar by more than it changes
-/// over the facet, which then has no glint. Most facets are turned away.
+/// Whether all normals are turned to one side of the direction to the sonar, by more than this
+/// direction changes over the facet. Then the facet has no glint. This holds for most facets.
 bool turned_away(std::span<const Corner, 3> corners) {
   const Vector3d way = corners[0].sonar - corners[0].place;
   const double range_m = way.norm();
@@ -168,8 +168,8 @@ bool turned_away(std::span<const Corner, 3> corners) {
   return true;
 }
 
-/// The smaller radius of curvature of a surface with this Gaussian curvature: by how the normal
-/// turns over a facet, its mean curvature.
+/// The smaller radius of curvature of a surface with this Gaussian curvature. How the normal turns
+/// over the facet gives the mean curvature.
 double smaller_radius_m(std::span<const Corner, 3> corners, double per_m2) {
   const Vector3d one = corners[1].place - corners[0].place,
                  other = corners[2].place - corners[0].place;
@@ -188,7 +188,7 @@ std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const 
     to_sonar[i] = (corners[i].sonar - corners[i].place).normalized();
     turned[i] = corners[i].normal - to_sonar[i];
   }
-  // Each belongs to a side. In the facet behind that side it has the other sign.
+  // Each share belongs to a side. In the facet beyond that side it has the opposite sign.
   std::array<double, 3> shares;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
@@ -205,7 +205,7 @@ std::optional<Mirror> triangle_mirror(std::span<const Corner, 3> corners, const 
     return (corners[1].*what - corners[0].*what).cross(corners[2].*what - corners[0].*what).eval();
   };
   const Vector3d area = of(&Corner::place);  // twice
-  // W / A, and by how much the curvature is more at the place than in the mean of the facet.
+  // W / A, and by how much the curvature at the place exceeds the facet's mean.
   const double mean_per_m2 = 0.5 * range_m * sum / area.dot(back);
   const double of_surface_per_m2 = of(&Corner::normal).dot(area) / area.squaredNorm();
   double per_m2 = 0.0;
@@ -243,7 +243,8 @@ double tapered_power_m3(const MirrorExtent& line, double width_m, double other_w
 
 std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middle,
                                    double wavelength_m, const GlintBeam* beam) {
-  // From the sonar to the planes of its sides, positive if the strip is on that side of it.
+  // The sonar's distance from the plane of a side, positive if sonar and strip are on one side of
+  // it.
   const auto from_plane_m = [&](std::size_t side) {
     const Vector3d& begin = corners[side].place;
     const Vector3d normal =
@@ -272,7 +273,8 @@ std::optional<Mirror> strip_mirror(const Corners& corners, const Vector3d& middl
   if (!line) return std::nullopt;
   const Vector3d place = line_middle + line->place_m * along;
   const double wider_m = std::max(first_m, last_m), most_m = std::max(std::abs(both_m), wider_m);
-  // Planes that are w apart on a body of the radius a are w (a + r) / a apart at the range r.
+  // Planes that are w apart on a body of the radius a are w (a + r) / a apart at a sonar at the
+  // range r.
   const double widest_radius_m = line->range_m * std::min(wider_m / (most_m - wider_m), 1.0);
   const double radius_m = 0.5 * (first_m + last_m) / wider_m * widest_radius_m;
   const double per_m = rigid_gains().cylinder(2.0 * pi / wavelength_m * radius_m) * line->range_m /
@@ -298,13 +300,9 @@ bool MirrorExtent::reaches(double wavelength_m, double array_m) const {
          0.5 * length_m / range_m + reach_of(length_m, wavelength_m, range_m, array_m);
 }
 
-bool MirrorExtent::is_far(double wavelength_m) const {
-  return length_m * length_m < 0.09 * (wavelength_m * range_m);
-}
-
 std::complex<double> MirrorExtent::field_m(double wavelength_m) const {
   const double zone_m2 = wavelength_m * range_m, middle_m = range_m * tilt;
-  if (is_far(wavelength_m))
+  if (length_m * length_m < 0.09 * zone_m2)  // far enough for the sinc of a plane wave
     return std::polar(1.0, 2.0 * pi / zone_m2 * middle_m * middle_m) *
            (length_m * sinc(2.0 * length_m * tilt / wavelength_m));
   const double per_m = 2.0 / std::sqrt(zone_m2);
@@ -342,7 +340,8 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
                                 const Vector3d& away, double wavelength_m,
                                 const SonarFrom& sonar_from, const GlintBeam* beam) {
   if (flat_part.facets == 0) return flat_mirror(flat_part, away, wavelength_m, beam);
-  // A little beside where it is, because between exactly equal facets none has the glint.
+  // A little beside the sonar's place, because exactly between two equal facets neither has the
+  // glint.
   constexpr double beside = 1e-6;
   const Vector3d off = beside * away.norm() * Vector3d(0.36, 0.48, 0.8);
   const Vector3d sonar = flat_part.middle - away + off;
@@ -364,7 +363,7 @@ std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& c
       if (!facet.strip && std::ranges::none_of(corners, faces_sonar)) continue;
       for (std::size_t i = 0; i < 4; ++i) {
         Vector3d place = corners[i].place;
-        if (facet.strip) {  // what is nearest on its side
+        if (facet.strip) {  // the nearest place of its side
           const Vector3d side = corners[i ^ 1].place - place;
           place += std::clamp((sonar - place).dot(side) / side.squaredNorm(), 0.0, 1.0) * side;
         }

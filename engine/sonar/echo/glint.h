@@ -18,51 +18,52 @@ namespace ensonify::engine {
 //     I_1 I_2 / lambda^2,  I = |integral over L of exp(i k (z - r t)^2 / r) dz|^2,
 //
 // with Fresnel's integral (Abramowitz and Stegun, ch. 7): far away I = L^2 sinc^2(2 L t / lambda),
-// which gives a plate its A^2 / lambda^2; near it I = lambda r / 2, which gives a mirror its
-// r^2 / 4. Of a round flat part the integral is over its ellipse: far away (A / lambda 2 J1(x) /
-// x)^2, x = 4 pi / lambda times the root of (a t)^2 + (b s)^2, for its half axes a and b.
+// so that a plate has A^2 / lambda^2; near it I = lambda r / 2, so that a mirror has r^2 / 4. For a
+// round flat part the integral is over its ellipse: far away (A / lambda 2 J1(x) / x)^2, x = 4 pi /
+// lambda times the root of (a t)^2 + (b s)^2, for its half axes a and b.
 //
 // A curved surface has a glint where its normal n is the direction d to the sonar. Between the
-// corners of a facet both change evenly. So that facet has it whose corners' n - d, seen along d,
-// are around 0, and a triangle of the area A, over which they span the solid angle W, has
+// corners of a facet both change evenly. So the glint is in the facet whose corners have n - d
+// around 0, seen along d. A triangle of the area A, over which n - d spans the solid angle W, has
 //
 //     sigma = A / 4 W,
 //
 // R1 R2 / 4 for the radii R1 and R2 far away, a^2 / 4 for a sphere, and a mirror's r^2 / 4 at most.
-// The Gaussian curvature that W / A contains is that in its middle; it changes towards the corners.
-// Neighbours share corners, so that one of them has the glint. A strip has it on a straight line.
-// That is where the sonar is between the planes of its sides, which contain their normals. With the
-// width w there and the distance g from one plane to the sonar and on to the other, it has
+// W / A contains the Gaussian curvature in the middle of the triangle; the curvature changes
+// towards the corners. Neighbouring facets share corners, so that only one of them has the glint. A
+// strip has the glint on a straight line, if the sonar is between the two planes that contain the
+// strip's sides and the normals there. With the width w there and the distance g from one plane to
+// the sonar and on to the other plane, a strip has
 //
 //     sigma = |integral over the line of sqrt(r w / 2 lambda g) exp(i k (z - r t)^2 / r) dz|^2,
 //
-// a L^2 / (2 lambda) for a cylinder far away, a r / 4 near it. (Urick's a r / 2 is that of plane
-// waves; those of a sonar are curved by 1 / r.) Waves that a hollow surface bundles are left out.
+// a L^2 / (2 lambda) for a cylinder far away, a r / 4 near it. (Urick's a r / 2 is for plane waves;
+// the waves of a sonar are curved by 1 / r.) The focusing by a hollow surface is left out.
 //
-// That is so for short waves. Where k times the smaller radius is below 20, both sigma are those of
-// a rigid sphere or a long rigid cylinder by their modes (scatter/rigid_body.h): up to 4 dB less
-// from 1 to 2, Rayleigh's limit far below. The curvature at the place decides, as if the body had
-// it all over.
+// This holds for short waves. Where k times the smaller radius is below 20, both sigma are replaced
+// by those of a rigid sphere or a long rigid cylinder by their modes (scatter/rigid_body.h): up to
+// 4 dB less from 1 to 2, Rayleigh's limit far below. The curvature at the place decides, as if the
+// whole body had it.
 //
-// Two flat parts in a right angle send sound back to where it came from, by way of both. Seen in
-// the plane across their edge, at the angles g_i to the flat parts, which reach w_i from it, that
-// is a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar; along the edge
-// it is a flat part. So, far away, it has
+// Two flat parts in a right angle send sound back to where it came from, by way of both. In the
+// plane across their edge, with the angles g_i to the flat parts, which extend w_i from the edge,
+// they are a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar. Along
+// the edge they are like a flat part. So, far away, a corner has
 //
 //     sigma = W^2 L^2 / lambda^2,
 //
 // 2 a^2 L^2 / lambda^2 for two equal flat parts seen from the middle (Ruck, Radar Cross Section
-// Handbook, 1970, ch. 8: 8 pi a^2 L^2 / lambda^2 over 4 pi). An angle that is d over a right one
-// turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
-// Both reflections lose.
+// Handbook, 1970, ch. 8: 8 pi a^2 L^2 / lambda^2 over 4 pi). An angle that exceeds a right angle by
+// d turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
+// Both reflections lose energy.
 //
 // Where the beam changes over what returns the sound, its two-way field b is part of the integral:
 //
 //     sigma = |integral of b exp(i k ...)|^2 / lambda^2.
 //
-// That is so where it is not wide against the Fresnel zone (glint_in_beam.h). Over a flat part the
-// integral across the array is Fresnel's, the one along the array is a sum. Elsewhere b is that of
-// the glint's place.
+// This is used where the beam is not wide compared with the Fresnel zone (glint_in_beam.h). Over a
+// flat part, the integral across the array is Fresnel's integral, and the integral along the array
+// is a sum. Elsewhere b is the field at the place of the glint.
 
 /// A sonar's arrays, for glints in a beam that is narrow against what returns the sound.
 struct GlintBeam {
@@ -81,34 +82,33 @@ struct MirrorExtent {
 
   /// Whether it has a glint; array_m: the length of an array whose beam counts.
   bool reaches(double wavelength_m, double array_m = 0.0) const;
-  bool is_far(double wavelength_m) const;  ///< far enough for the sinc of a plane wave
-  /// The integral whose square is I; its phase is against that of the path to the foot of the line
-  /// of sight, also where this is not on the line.
+  /// The integral whose square is I. Its phase is relative to the path to the foot of the line of
+  /// sight, also if this is not on the line.
   std::complex<double> field_m(double wavelength_m) const;
   /// I, m^2.
   double power_m2(double wavelength_m) const { return std::norm(field_m(wavelength_m)); }
-  /// The phase of the integral, against that of the path to its nearest place.
+  /// The phase of the integral, relative to the path to the nearest place of the line.
   double phase_rad(double wavelength_m) const;
 };
 
 /// The straight line of a strip that has a glint.
 struct MirrorLine {
   Eigen::Vector3d middle;  ///< from the flat part's middle
-  Eigen::Vector3d away;    ///< the same, from where the sonar appears to be
+  Eigen::Vector3d away;    ///< from where the sonar appears to be
   Eigen::Vector3d along;   ///< unit
   double length_m;
-  double width, other_width;  ///< relative: with these, line_glint_in_beam() has the cross-section
+  double width, other_width;  ///< scaled so that line_glint_in_beam() gives the cross-section
   double radius_m;            ///< of the surface across the line, on average
 };
 
 /// The glint of a flat part, or of the curved surface that it stands for.
 struct Mirror {
-  Eigen::Vector3d offset;  ///< of its place, from the flat part's middle
-  /// The same of a place near it that is well inside the flat part: rays next to its edges pass, or
-  /// meet what is beside it.
+  Eigen::Vector3d offset;  ///< from the flat part's middle to the place of the glint
+  /// The offset of a place near it that is well inside the flat part, because rays next to the
+  /// edges pass the part, or meet what lies beside it.
   Eigen::Vector3d inside;
   double cross_section_m2;
-  double phase_rad;      ///< of a piece's echo, against that of the path to the place
+  double phase_rad;      ///< of a piece's echo, relative to the path to the place
   bool in_beam = false;  ///< the cross-section contains the beam along the array
   std::optional<MirrorLine> line = {};
 };
@@ -116,9 +116,9 @@ struct Mirror {
 /// Where the sonar appears to be from a place.
 using SonarFrom = std::function<Eigen::Vector3d(const Eigen::Vector3d& place)>;
 
-/// That of a flat part whose middle is `away` from the sonar; none where it has no glint. curved:
-/// the facets of its body. sonar_from: from other places of a curved one, if not the same. beam:
-/// none, if the whole flat part is on its axis.
+/// The glint of a flat part; none if it has no glint. away: its middle, from the sonar. curved: the
+/// facets of its body. sonar_from: where the sonar appears to be from other places of a curved
+/// part; empty: at one place. beam: null if the whole flat part is on the beam's axis.
 std::optional<Mirror> mirror_of(const FlatPart& flat_part, const CurvedFacets& curved,
                                 const Eigen::Vector3d& away, double wavelength_m,
                                 const SonarFrom& sonar_from = {}, const GlintBeam* beam = nullptr);
@@ -132,8 +132,8 @@ struct LineGlint {
   bool in_beam;  ///< as in Mirror
 };
 
-/// That of a line of a surface that changes evenly from one width to another; none if it has no
-/// glint.
+/// The glint of a line of a surface whose width changes evenly from one value to another; none if
+/// it has no glint.
 std::optional<LineGlint> glint_of_line(const Eigen::Vector3d& middle, const Eigen::Vector3d& along,
                                        double length_m, double width_m, double other_width_m,
                                        double wavelength_m, const GlintBeam* beam);

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <numbers>
-#include <span>
 
 namespace ensonify::engine {
 namespace {
 
 using std::numbers::pi;
 
-// Of the fan's truncation: what rays reach; and what they reach in all planes.
+// Shares of the fan's truncation that rays reach, and that rays of all planes reach.
 constexpr double almost_all = 0.98, well_inside = 0.7;
 
 /// Half a Fresnel zone.
@@ -17,8 +16,8 @@ double finest_cell_m(double wavelength_m, double range_m) {
   return 0.5 * std::sqrt(wavelength_m * range_m);
 }
 
-/// Cuts a stretch, of which rays show `shown`, into cells of some finest_m about a place. They grow
-/// with the distance from it.
+/// Cuts a stretch, of which rays show `shown`, into cells that are about finest_m long at a place
+/// and grow with the distance from it.
 LineCells cut(const LineStretch& stretch, const LineStretch& shown, double about_m, double finest_m,
               std::size_t count) {
   const double first = std::asinh((shown.from_m - about_m) / finest_m),
@@ -94,7 +93,7 @@ std::optional<LineCells> BeamOnLine::cells(std::size_t count) const {
              finest_cell_m(wavelength_m_, std::hypot(distance_m_, place - foot_m_)), count);
 }
 
-/// As many as resolve the phase and the beam.
+/// The number of steps that resolves the phase and the beam.
 int BeamOnLine::steps(const LineStretch& stretch, double across_m) const {
   constexpr double least = 16.0, per_lobe = 8.0;
   const double length_m = stretch.until_m - stretch.from_m;
@@ -131,7 +130,7 @@ double FlatPartInBeam::half_extent_m(double Axis::*way) const {
   return round_ ? std::hypot(one_m, other_m) : one_m + other_m;
 }
 
-/// The line across the array at a distance from the middle along it.
+/// The chord across the array, at a distance along the array from the middle.
 FlatPartInBeam::Chord FlatPartInBeam::chord_at(double level_m) const {
   if (round_) {  // where a z^2 + 2 b z + c = 0
     double a = 0.0, b = 0.0, c = -1.0;
@@ -178,7 +177,7 @@ std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
   if (!line_.reaches() ||
       !MirrorExtent{2.0 * half_up_m, up_foot_m / range_m, range_m}.reaches(wavelength_m_))
     return std::nullopt;
-  // Along the array, the phase of chords that end at slanting sides turns as well.
+  // If chords end at slanting sides, their phase turns along the array as well.
   const double slant = round_ ? 1.0 : 2.0 * std::min(std::abs(one_.level), std::abs(one_.up));
   const double across_m = slant * (half_up_m + std::abs(up_foot_m));
   const auto field_m = [&](double middle_m, double length_m, double r_m) {
@@ -217,7 +216,7 @@ std::optional<Mirror> FlatPartInBeam::mirror(const SeenCells* cells) const {
 
 std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen::Vector3d& middle,
                                             const Eigen::Vector3d& along, double width_m,
-                                            double other_width_m, const SeenLine* seen) {
+                                            double other_width_m, const SeenCells* seen) {
   if (!line.reaches()) return std::nullopt;
   const double place_m = line.place_m(1.0, almost_all);
   const double range_m = (middle + place_m * along).norm();
@@ -227,10 +226,10 @@ std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen:
   };
   std::complex<double> field = 0.0;
   if (!seen) field = line.integral(line.in_beam(), range_m, 0.0, width_at);
-  for (std::size_t i = 0; seen && i < seen->cells.count; ++i)
-    if (seen->share[i] > 0.0)
-      field += seen->share[i] * line.integral({seen->cells.edge_m[i], seen->cells.edge_m[i + 1]},
-                                              range_m, 0.0, width_at);
+  for (std::size_t i = 0; seen && i < seen->level.count; ++i)
+    if (const double share = seen->seen[i][0]; share > 0.0)
+      field += share * line.integral({seen->level.edge_m[i], seen->level.edge_m[i + 1]}, range_m,
+                                     0.0, width_at);
   return LineGlint{place_m, range_m, std::norm(field), true};
 }
 

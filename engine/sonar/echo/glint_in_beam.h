@@ -8,8 +8,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/objects/flat_parts.h>
-#include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/glint.h>
 
 namespace ensonify::engine {
@@ -19,53 +17,47 @@ struct LineStretch {
   double from_m, until_m;
 };
 
-/// Cells of a line, and what of them rays may show.
+/// Cells of a line, and the parts of them that rays may show.
 struct LineCells {
   static constexpr std::size_t most = 12;
   std::size_t count;
   std::array<double, most + 1> edge_m;  ///< where the cells begin, and the end
-  std::array<double, most> middle_m;    ///< of what rays may show of them
+  std::array<double, most> middle_m;    ///< middles of the parts that rays may show
 };
 
-/// How much is seen of a line's cells.
-struct SeenLine {
-  LineCells cells;
-  std::array<double, LineCells::most> share{};  ///< of the sound
-  double least = 0.0, most = 0.0;
-};
-
-/// A straight line of a surface that passes a sonar, and the integral over what lies of it in the
-/// sonar's beam.
+/// A straight line of a surface, and the integral over the part of it that lies in the sonar's
+/// beam.
 class BeamOnLine {
  public:
-  /// middle: of the line, from the sonar. range_m: of its place next to the foot of the line of
-  /// sight.
+  /// middle: of the line, from the sonar. range_m: range of its place that is nearest to the foot
+  /// of the line of sight.
   BeamOnLine(const Eigen::Vector3d& middle, const Eigen::Vector3d& along, double half_m,
              double range_m, double wavelength_m, const GlintBeam& beam);
 
-  /// Whether the beam must be in the integral: it is not wide against the Fresnel zone, and it
-  /// changes over the line.
+  /// Whether the beam must be part of the integral: it is not wide compared with the Fresnel zone,
+  /// and it changes over the line.
   bool counts() const;
-  /// Whether what lies in the beam has a glint.
+  /// Whether the part in the beam has a glint.
   bool reaches() const;
-  /// From the line's middle, the place next to the foot within a share of the line, and within a
-  /// share of the fan's truncation if the line reaches there.
+  /// The place nearest to the foot, from the line's middle: within a share of the line, and within
+  /// a share of the fan's truncation if the line reaches there.
   double place_m(double share_of_line, double share_of_fan) const;
   double half_m() const { return half_m_; }
   LineStretch in_beam() const { return in_beam_; }  ///< empty if it ends before it begins
-  /// What lies of it in the beam, cut into cells that are finest where the glint is; none if it is
-  /// not in the fan. An edge of a shadow changes a glint the more, the nearer it is to the line of
-  /// sight's foot.
+  /// The part of the line in the beam, cut into cells that are finest where the glint is; none if
+  /// the line is not in the fan. The nearer the edge of a shadow is to the foot of the line of
+  /// sight, the more it changes the glint.
   std::optional<LineCells> cells(std::size_t count) const;
-  /// What of the line, as if it were longer, is within a share of the fan's truncation.
+  /// The part of the line, extended beyond its ends, that is within a share of the fan's
+  /// truncation.
   LineStretch in_fan(double share_of_fan) const;
   /// The beam's two-way field at a distance from the middle, where the range is r_m.
   std::complex<double> beam_at(double z_m, double r_m) const {
     return field_.at((begin_m_ + z_m * share_) / r_m);
   }
-  /// The integral over a stretch of the line, by the midpoint rule, of the beam, of across(distance
-  /// from the middle, range there), and of the phase against that of a path of range_m. across_m:
-  /// how far what is across lies aside, where its phase turns along the line.
+  /// The integral over a stretch of the line, by the midpoint rule, of the product of the beam, of
+  /// across(distance from the middle, range there), and of the phase relative to a path of range_m.
+  /// across_m: how far the parts across lie aside, if their phase turns along the line.
   template <class Across>
   std::complex<double> integral(const LineStretch& stretch, double range_m, double across_m,
                                 const Across& across) const {
@@ -87,16 +79,18 @@ class BeamOnLine {
 
   ArrayField field_;
   double array_m_, sin_truncation_;
-  double begin_m_, share_;  // along the array: from the sonar to the middle, and per metre of line
+  // Distance along the array of the line's middle, and its growth per metre of the line.
+  double begin_m_, share_;
   double half_m_, range_m_, wavelength_m_, turn_rad_per_m_;
-  double foot_m_, distance_m_;  // along the line to where it passes the sonar, and that distance
+  // Along the line to the foot of the line of sight, and from the sonar to this foot.
+  double foot_m_, distance_m_;
   LineStretch in_beam_;
 };
 
-/// What lies of a flat part in a beam, cut into cells along the array (columns) and across it
-/// (rows), and how much of each is seen.
+/// The part of a flat part that lies in a beam, cut into cells along the array (columns) and across
+/// it (rows), and how much of each cell is seen. A line has one row.
 struct SeenCells {
-  LineCells level, up;  ///< the columns, and as many rows
+  LineCells level, up;  ///< the columns, and the rows
   /// Share of the sound, by column and row.
   std::array<std::array<double, LineCells::most>, LineCells::most> seen{};
   double least = 0.0, most = 0.0;
@@ -105,15 +99,15 @@ struct SeenCells {
 /// A flat part in a sonar's beam, in axes along the array and across it.
 class FlatPartInBeam {
  public:
-  /// away: its middle, from the sonar. range_m: as of BeamOnLine.
+  /// away: its middle, from the sonar. range_m: as for BeamOnLine.
   FlatPartInBeam(const FlatPart& flat_part, const Eigen::Vector3d& away, double range_m,
                  double wavelength_m, const GlintBeam& beam);
-  bool counts() const { return line_.counts(); }  ///< as of BeamOnLine
-  /// Of what is seen of its cells; without them, of all of it.
+  bool counts() const { return line_.counts(); }  ///< BeamOnLine::counts()
+  /// The glint of what is seen of these cells; null: of the whole flat part.
   std::optional<Mirror> mirror(const SeenCells* cells = nullptr) const;
-  /// Its cells, not yet looked at; none if it is not in the fan.
+  /// Its cells, as if nothing of them was seen; none if it is not in the fan.
   std::optional<SeenCells> cells(std::size_t count) const;
-  /// The middle of a cell, from that of the flat part.
+  /// The middle of a cell, from the middle of the flat part.
   Eigen::Vector3d middle_of(const SeenCells& cells, std::size_t column, std::size_t row) const {
     return cells.level.middle_m[column] * level_ + cells.up.middle_m[row] * up_;
   }
@@ -140,9 +134,10 @@ class FlatPartInBeam {
   double wavelength_m_;
 };
 
-/// The glint of a straight line in a beam, as that of glint_of_line(). seen: none, if all of it is.
+/// The glint of a straight line in a beam, as in glint_of_line(). seen: null if the whole line is
+/// seen.
 std::optional<LineGlint> line_glint_in_beam(const BeamOnLine& line, const Eigen::Vector3d& middle,
                                             const Eigen::Vector3d& along, double width_m,
-                                            double other_width_m, const SeenLine* seen = nullptr);
+                                            double other_width_m, const SeenCells* seen = nullptr);
 
 }  // namespace ensonify::engine

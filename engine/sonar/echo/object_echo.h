@@ -5,12 +5,11 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/glint.h>
 
 namespace ensonify::engine {
 
-/// An echo of an object, apart from those of the rays.
+/// An echo of an object, in addition to the echoes of rays.
 struct ObjectEcho {
   double range_m;
   double spread_m;        ///< its energy lies within this of the range, to either side
@@ -19,14 +18,14 @@ struct ObjectEcho {
   double grazing_rad;
   std::uint16_t label;
   std::uint32_t surface;   ///< FlatPart::surface
-  bool piece = false;      ///< FlatPart::piece; those of one surface add with their phases
-  double phase_rad = 0.0;  ///< of a glint, against that of the path
+  bool piece = false;      ///< FlatPart::piece: the pieces of one surface add with their phases
+  double phase_rad = 0.0;  ///< of a glint, relative to the phase of its path
 };
 
 /// The most cells of a flat part, in each direction.
 inline constexpr double max_cells = 256.0;
 
-/// A glint: it has one range, and the sound arrives at a right angle.
+/// The echo of a glint: it has one range, and the sound arrives at a right angle.
 inline ObjectEcho glint_at(const Eigen::Vector3d& place, double range_m, double energy,
                            std::uint16_t label, std::uint32_t surface) {
   return {.range_m = range_m,
@@ -38,7 +37,7 @@ inline ObjectEcho glint_at(const Eigen::Vector3d& place, double range_m, double 
           .surface = surface};
 }
 
-/// The glint of a flat part. energy_per_m2: of 1 m^2 of cross-section.
+/// The glint of a flat part. energy_per_m2: the energy from 1 m^2 of cross-section.
 inline ObjectEcho glint_of(const FlatPart& flat_part, const Mirror& mirror,
                            const Eigen::Vector3d& place, double range_m, double energy_per_m2,
                            std::uint16_t label) {

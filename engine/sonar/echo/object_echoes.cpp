@@ -20,8 +20,8 @@ constexpr double few_planes = 6.0;     // longest small object, in spacings of p
 constexpr std::size_t few_cells = 3;   // columns and rows that show whether a flat part is hidden
 constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
 
-/// What look(count) sees of a thing: by few cells, which show whether it is partly hidden, and if
-/// so by more if any ray shows these.
+/// What look(count) sees of a part by few cells; if these show that it is partly hidden, what it
+/// sees by more cells, if any ray shows these.
 template <class Look>
 auto look_closer(const Look& look) {
   auto seen = look(few_cells);
@@ -100,7 +100,8 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
   const RayFan& fan = sight_.fan();
   const double distance_m = (object.middle - fan.origin).norm();
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
-  const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
+  // The distance of planes where it is least, at the middle plane.
+  const double apart_m = planes[planes.size() / 2].width_rad * distance_m;
   const double small_m = few_planes * apart_m;
   const Label& label = sight_.labels()[object.label];
   const std::optional<SmallBody> whole = small_body_of(object, label.two_sided, wavelength_m_);
@@ -147,14 +148,13 @@ void ObjectEchoes::look_at(const ObjectSurface& object) {
       if (corner.open || label.two_sided) add_corner(corner, specular, object);
 }
 
-/// The steady echo of an object that is shorter than the waves: not of its surface, but of all of
-/// it.
+/// Adds the steady echo of an object that is shorter than the waves, as a whole.
 void ObjectEchoes::add_small_body(const SmallBody& body, double specular,
                                   const ObjectSurface& object) {
   const Vector3d place = object.middle - sight_.fan().origin;
   const std::optional<RayToPlace> ray = sight_.ray_to(place);
   if (!ray) return;
-  // Its own surface is nearer than its middle.
+  // The object's surface is nearer than its middle.
   const std::optional<ObjectSight::Sight> sight =
       sight_.sight_of(place, {place, object.label, object.radius_m});
   if (!sight || !(sight->seen > 0.0)) return;
@@ -188,7 +188,8 @@ void ObjectEchoes::add_facets(const FlatPart& flat_part, const Vector3d& away,
     const Vector3d arrival = ray->apparent.normalized();
     const double sine = std::min(std::abs(arrival.dot(normal)), 1.0);
     const double slope = std::sqrt(1.0 - sine * sine) / sine;
-    // No convex body lies before its tangent plane: one that is nearer by more hides the place.
+    // No convex body lies before its tangent plane, so a part that is nearer by more hides the
+    // place.
     const double own_m = std::min(small_m, slope * sight_.apart_m(line.in_fan, ray->range_m));
     const ObjectSight::OwnPlace own{place, object.label, own_m};
     const double seen = sight_.seen_share(line.in_fan, ray->range_m, &own);
@@ -240,7 +241,7 @@ void ObjectEchoes::add_glint(const FlatPart& flat_part, const Vector3d& away,
     const BeamOnLine in_beam(line.away, line.along, 0.5 * line.length_m,
                              (apparent + mirror->offset).norm(), wavelength_m_, beam);
     const Vector3d middle = away + line.middle;
-    const std::optional<SeenLine> seen = look_closer([&](std::size_t count) {
+    const std::optional<SeenCells> seen = look_closer([&](std::size_t count) {
       return sight_.look_at_line(line, {middle, object.label}, in_beam, count);
     });
     if (seen) sight->seen = seen->least;
@@ -285,8 +286,8 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   const double width_m =
       2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
   const Vector3d place = to + offset;
-  // A corner may be inside an open body, which is seen only where it is open towards the sonar: by
-  // its flat parts, not at the very ends of the edge, next to which other rays pass.
+  // A corner may be inside an open body. It is seen only if its flat parts are seen, and not at the
+  // very ends of its edge, next to which other rays pass.
   const Vector3d inner =
       to + std::clamp(lengthwise->place_m, -0.4 * length_m, 0.4 * length_m) * edge;
   const auto seen_of = [&](const Eigen::Vector3f& from_edge, float reach_m, double sine) {
@@ -340,22 +341,23 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
     if (!sight_.labels()[its_label].two_sided) return;
     normal = -normal;
   }
-  // The extents of its rectangle in the level direction and across it, by second moments.
+  // The extents of the wall's rectangle in the horizontal direction and across it, by second
+  // moments.
   const Vector3d level = normal.cross(Vector3d::UnitZ()).normalized(), up = level.cross(normal);
   const auto extent = [&](const Vector3d& direction) {
     return std::hypot(double(flat_part.length_m) * flat_part.along.cast<double>().dot(direction),
                       double(flat_part.width_m) * flat_part.across.cast<double>().dot(direction));
   };
   const double length_m = extent(level), height_m = extent(up);
-  // How much of the wall is seen where it is nearest to the middle of the beam, but not at its very
-  // ends, next to which other rays pass.
+  // How much of the wall is seen, at its place nearest to the middle of the beam, but not at its
+  // very ends, next to which other rays pass.
   const Vector3d& axis = sight_.fan().array_axis;
   const double along = level.dot(axis);
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
   const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
   const std::optional<ObjectSight::Sight> sight = sight_.sight_of(place, {place, its_label});
   if (!sight || !(sight->seen > 0.0)) return;
-  // A facet of a curved surface stands for normals on either side of its own, as in its glint.
+  // A facet of a curved surface stands for normals on both sides of its own normal.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {
     return inv_sqrt2 * double(bend_rad) * direction.cast<double>().dot(level);
   };
@@ -374,8 +376,8 @@ void ObjectEchoes::add_wall(const FlatPart& flat_part, const WallMirror& mirror,
   add(mirror.rough, mirror.slope);
 }
 
-/// Facets of one surface at about one range are one glint, at their mean range, and so are the
-/// pieces of a flat part. These add with their phases.
+/// Joins facets of one surface at about one range to one glint at their mean range, and also the
+/// pieces of a flat part, which add with their phases.
 void ObjectEchoes::join_glints() {
   const auto turn_rad = [&](double path_m) {
     return 4.0 * std::numbers::pi / wavelength_m_ * path_m;

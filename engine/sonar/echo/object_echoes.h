@@ -1,70 +1,45 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
-#include <ensonify/engine/seafloor/objects/object_surface.h>
-#include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/echo/glint.h>
-#include <ensonify/engine/sonar/echo/glint_in_beam.h>
-#include <ensonify/engine/sonar/echo/material_in_sonar.h>
-#include <ensonify/engine/sonar/echo/medium.h>
-#include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/object_sight.h>
 #include <ensonify/engine/sonar/echo/small_body.h>
-#include <ensonify/engine/sonar/echo/surface_walk.h>
-#include <ensonify/engine/trace/fan_tracer.h>
-#include <ensonify/engine/trace/refraction/ray_incidence.h>
-#include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 
-/// The surfaces of the objects that a sonar sees. The data that its pointers refer to must outlive
-/// the pings.
+/// The surfaces of the objects that a sonar sees. The data behind the pointers must outlive the
+/// pings.
 struct ObjectSurfaces {
   const std::vector<ObjectSurface>* fixed = nullptr;
   const std::vector<ObjectSurface>* moving = nullptr;  ///< may change between pings
-  const std::vector<BuriedGroup>* buried = nullptr;    ///< which the sound reaches through the bed
-  /// The height of the bed, as BedGrid::height_m(); none: there is no bed.
+  const std::vector<BuriedGroup>* buried = nullptr;    ///< that the sound reaches through the bed
+  /// The height of the bed, as BedGrid::height_m(); empty: there is no bed.
   std::function<double(double x_m, double y_m)> bed_height_m = {};
 };
 
-/// The echoes of objects that rays cannot sample, from the flat parts of their surfaces.
+/// The echoes of objects that rays cannot sample, from the flat parts of their surfaces: glints
+/// (glint.h), objects that are shorter than the waves (SmallBody), small objects, which only a few
+/// planes of the fan would meet, and things in the bed (BuriedEchoes). engine/sonar/README.md has a
+/// section on each. ObjectSight finds how much of a flat part is seen.
 ///
-/// Glints: the mirror-like part of a solid's echo, by physical optics (glint.h). Flat parts of one
-/// surface at about one range are one glint: facets of a curved one add their energies, pieces of a
-/// plane one their fields. Pieces that are an eighth of a pulse apart or more are separate glints,
-/// because their pulses overlap less.
+/// Flat parts of one surface at about one range are one glint: the facets of a curved surface add
+/// their energies, the pieces of a plane surface add their fields. Pieces that are an eighth of a
+/// pulse apart or more are separate glints, because their pulses overlap less.
 ///
-/// Objects that are shorter than the waves (k times their radius is below 2) return sound as a
-/// whole: a smooth one as the rigid ellipsoid with its volume (SmallBody), the parts of a rough one
-/// as those of a sphere that is as wide.
-///
-/// Small objects: those that only a few planes of the fan would meet, however long they are across
-/// the track. Their flat parts, in cells no longer than those planes are apart, scatter
-/// sigma(grazing) per area each, instead of what rays meet, so that their energy does not depend on
-/// where the planes lie.
-///
-/// Buried things: BuriedEchoes.
-///
-/// Walls: the flat parts within 30 degrees of upright, which mirror the bed before them
+/// Walls are the flat parts within 30 degrees of upright, which mirror the bed in front of them
 /// (OtherPaths), by straight lines.
 ///
-/// How much of a flat part is seen: ObjectSight. Where rays are bent, a flat part has the echo of
-/// one at the range sqrt(J), in the direction in which the sound arrives; J is here the geometric
-/// mean of the ray's spreading on both ways.
+/// For bent rays, a flat part has the echo of a flat part at the range sqrt(J), in the direction in
+/// which the sound arrives. Here J is the geometric mean of the ray's spreading on both ways.
 class ObjectEchoes {
  public:
-  /// All that is given must outlive this.
+  /// All arguments must outlive this.
   ObjectEchoes(const Sonar& sonar, const Medium& medium, std::span<const MaterialInSonar> materials,
                const ObjectSurfaces& surfaces);
 

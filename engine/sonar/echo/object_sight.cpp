@@ -1,9 +1,7 @@
 #include <ensonify/engine/sonar/echo/object_sight.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -13,32 +11,27 @@
 namespace ensonify::engine {
 namespace {
 
-struct ShownCells {
-  std::array<std::array<double, LineCells::most>, LineCells::most> seen{};  // by column and row
-  double least = 1.0, most = 0.0;
-};
-
-/// What rays show of cells, by seen_of(column, row). Those that no ray shows are seen as much as
-/// the others on average; none if no ray shows any.
+/// Sets how much rays show of cells, by seen_of(column, row). A cell that no ray shows gets the
+/// mean of the others. None if no ray shows any cell.
 template <class SeenOf>
-std::optional<ShownCells> show(std::size_t columns, std::size_t rows, const SeenOf& seen_of) {
+std::optional<SeenCells> shown(SeenCells cells, const SeenOf& seen_of) {
   constexpr double not_shown = -1.0;
-  ShownCells shown;
   double count = 0.0, sum = 0.0;
-  for (std::size_t column = 0; column < columns; ++column)
-    for (std::size_t row = 0; row < rows; ++row) {
+  cells.least = 1.0;
+  for (std::size_t column = 0; column < cells.level.count; ++column)
+    for (std::size_t row = 0; row < cells.up.count; ++row) {
       const std::optional<double> seen = seen_of(column, row);
-      shown.seen[column][row] = seen.value_or(not_shown);
+      cells.seen[column][row] = seen.value_or(not_shown);
       if (!seen) continue;
       count += 1.0, sum += *seen;
-      shown.least = std::min(shown.least, *seen);
-      shown.most = std::max(shown.most, *seen);
+      cells.least = std::min(cells.least, *seen);
+      cells.most = std::max(cells.most, *seen);
     }
   if (!(count > 0.0)) return std::nullopt;
-  for (std::size_t column = 0; column < columns; ++column)
-    for (std::size_t row = 0; row < rows; ++row)
-      if (shown.seen[column][row] == not_shown) shown.seen[column][row] = sum / count;
-  return shown;
+  for (std::size_t column = 0; column < cells.level.count; ++column)
+    for (std::size_t row = 0; row < cells.up.count; ++row)
+      if (cells.seen[column][row] == not_shown) cells.seen[column][row] = sum / count;
+  return cells;
 }
 
 }  // namespace
@@ -81,8 +74,8 @@ std::optional<ObjectSight::FanPlace> ObjectSight::place_in_fan(const RayToPlace&
   return FanPlace{side / cos_elevation, sin_elevation, cos_elevation};
 }
 
-/// The line of a ray to its place, if that is within the fan and its beam. with_arrays: its energy
-/// contains their beam, not the vertical pattern alone.
+/// Sets the line of a ray to its place; false if the place is not within the fan and its beam.
+/// with_arrays: the energy contains the arrays' beam, not only the vertical pattern.
 bool ObjectSight::see(const RayToPlace& ray, Line& line, bool with_arrays) const {
   const std::optional<FanPlace> in_fan = place_in_fan(ray);
   if (!in_fan) return false;
@@ -100,13 +93,13 @@ bool ObjectSight::see(const RayToPlace& ray, Line& line, bool with_arrays) const
         beam.vertical_powers(view_->sector, ray.launch, ray.range_m, *view_->motion);
     weight = sent * heard;
   }
-  // EchoFormer absorbs over the range, the same at all depths.
+  // EchoFormer applies the mean absorption over the range.
   const double more_db = ray.absorption_db - medium_.absorption_db_per_m * ray.range_m;
   line.energy = weight / std::pow(ray.apparent.squaredNorm(), 2) * scatter::from_db(-2.0 * more_db);
   return line.energy > 0.0;
 }
 
-/// Where a ray and the one above it end, or infinity; and the labels there.
+/// Where a ray and the ray above it hit, or infinity; and the labels there.
 std::array<ObjectSight::FirstHit, 2> ObjectSight::first_hits(std::size_t plane,
                                                              std::size_t ray) const {
   const RayFan& fan = *view_->fan;
@@ -159,22 +152,22 @@ bool ObjectSight::is_covered(const Eigen::Vector3d& away) const {
   return bed_height_m_(place.x(), place.y()) >= place.z();
 }
 
-/// Whether a label is that of another object.
+/// Whether a label belongs to another object.
 bool ObjectSight::is_other(int label, const OwnPlace& own) const {
   if (label < 0) return false;
   const Label& met = labels()[static_cast<std::uint16_t>(label)];
   return met.instance != labels()[own.label].instance && met.instance > 0 && !met.feature;
 }
 
-/// How far what rays meet may lie from where it is, because its vertices are floats.
+/// How far a face that rays meet may lie from its true place, because its vertices are floats.
 double ObjectSight::rounding_m(const Eigen::Vector3d& away) const {
   return double(std::numeric_limits<float>::epsilon()) *
          (fan().origin + away).cwiseAbs().maxCoeff();
 }
 
 /// Whether what a ray next to a place met is nearer than the place, which is range_m away. The ray
-/// has another direction: the object itself and the bed may be a little nearer there. Another
-/// object may not, because the place may lie just behind its surface.
+/// has another direction, so the object itself and the bed may be a little nearer there. Another
+/// object may not be nearer, because the place may lie just behind its surface.
 bool ObjectSight::is_nearer(const FirstHit& hit, double range_m, const OwnPlace& own) const {
   const double own_m = hit.label == int{own.label} ? own.own_m : 0.0;
   const double nearer_m =
@@ -182,8 +175,8 @@ bool ObjectSight::is_nearer(const FirstHit& hit, double range_m, const OwnPlace&
   return hit.range_m < range_m - nearer_m;
 }
 
-/// Whether a ray met the object of a place. A place under the bed is hidden from rays that did not:
-/// some of them meet the bed farther away than the place.
+/// Whether a ray met the object of a place. A place under the bed is hidden from other rays,
+/// although some of them meet the bed farther away than the place.
 bool ObjectSight::is_own(const FirstHit& hit, const OwnPlace& own) const {
   return hit.label >= 0 &&
          labels()[static_cast<std::uint16_t>(hit.label)].instance == labels()[own.label].instance;
@@ -199,10 +192,11 @@ double ObjectSight::apart_m(const FanPlace& place, double time_range_m) const {
              grid.sin_elevation[around.ray + 1] - grid.sin_elevation[around.ray]);
 }
 
-/// The share of the sound that reaches a place, of an object or (none) of the bed: of the traced
-/// ones of the four rays around it, those from which nothing hides it. If all four meet one other
-/// object, the place is hidden if it lies behind the plane through their hits: with shares w_i of
-/// their directions u_i, 1 / r = sum(w_i / r_i) / |sum(w_i u_i)|.
+/// The share of the sound that reaches a place of an object (own), or of the bed (null): of the
+/// four rays around the place, the weight of the rays from which nothing hides the place, divided
+/// by the weight of the traced rays. If all four meet one other object, the place is hidden if it
+/// lies behind the plane through their hits. With the weights w_i and directions u_i of the rays,
+/// this plane is at 1 / r = sum(w_i / r_i) / |sum(w_i u_i)|.
 double ObjectSight::seen_share(const FanPlace& place, double time_range_m,
                                const OwnPlace* own) const {
   const FanGrid& grid = *fan().grid;
@@ -234,9 +228,9 @@ double ObjectSight::seen_share(const FanPlace& place, double time_range_m,
   return traced > 0.0 ? seen / traced : 0.0;
 }
 
-/// The place, and how much of it is seen: whether the rays to the place that shows this, or as near
-/// to it along the array as rays of all planes reach, go as far. None if it is not in the fan and
-/// its beam.
+/// The place, and how much of it is seen. The rays to another place (shows_seen) decide this, or if
+/// rays of all planes do not reach that place, the rays nearest to it along the array. None if the
+/// place is not in the fan and its beam.
 std::optional<ObjectSight::Sight> ObjectSight::sight_of(const Eigen::Vector3d& place,
                                                         const OwnPlace& shows_seen,
                                                         bool with_arrays) const {
@@ -244,7 +238,7 @@ std::optional<ObjectSight::Sight> ObjectSight::sight_of(const Eigen::Vector3d& p
   Line line;
   if (!ray || !see(*ray, line, with_arrays)) return std::nullopt;
   const RayFan& fan = *view_->fan;
-  // Between its last planes and the truncation some rays are missing.
+  // Between the fan's last planes and its truncation some rays are missing.
   const double farthest_m = 0.7 * fan.grid->sin_truncation * place.norm();
   const double from_m = place.dot(fan.array_axis), to_m = shows_seen.away.dot(fan.array_axis);
   const double kept_m =
@@ -261,9 +255,9 @@ std::optional<ObjectSight::Sight> ObjectSight::sight_of(const Eigen::Vector3d& p
   return Sight{.range_m = ray->range_m, .seen = seen, .energy = line.energy};
 }
 
-/// The share of the sound that reaches a place of a flat part, by those of the rays around it that
-/// pass through the flat part; none if none does. What other rays meet lies next to it. off: of the
-/// place, from the flat part's middle.
+/// The share of the sound that reaches a place of a flat part. Only those rays around the place
+/// count that pass through the flat part, because what the others meet lies next to it; none if no
+/// ray passes. off: the place, from the flat part's middle.
 std::optional<double> ObjectSight::seen_through(const FlatPart& flat_part, const OwnPlace& middle,
                                                 const Eigen::Vector3d& off) const {
   constexpr double inside = 0.95;  // the rectangle may reach beyond the flat part
@@ -306,29 +300,23 @@ std::optional<double> ObjectSight::seen_through(const FlatPart& flat_part, const
   return seen / passing;
 }
 
-/// Looks at the cells of a flat part; none if no ray shows any.
+/// How much is seen of the cells of a flat part; none if no ray shows any cell.
 std::optional<SeenCells> ObjectSight::look_at_cells(const FlatPart& flat_part,
                                                     const OwnPlace& middle,
                                                     const FlatPartInBeam& in_beam,
                                                     std::size_t count) const {
-  std::optional<SeenCells> cells = in_beam.cells(count);
+  const std::optional<SeenCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
-  const std::optional<ShownCells> shown =
-      show(count, count, [&](std::size_t column, std::size_t row) {
-        return seen_through(flat_part, middle, in_beam.middle_of(*cells, column, row));
-      });
-  if (!shown) return std::nullopt;
-  cells->seen = shown->seen;
-  cells->least = shown->least;
-  cells->most = shown->most;
-  return cells;
+  return shown(*cells, [&](std::size_t column, std::size_t row) {
+    return seen_through(flat_part, middle, in_beam.middle_of(*cells, column, row));
+  });
 }
 
-/// Looks at the cells of a line whose middle is `middle` from the sonar, by rays that pass through
-/// the plane that touches the surface there; none if none shows any.
-std::optional<SeenLine> ObjectSight::look_at_line(const MirrorLine& line, const OwnPlace& middle,
-                                                  const BeamOnLine& in_beam,
-                                                  std::size_t count) const {
+/// How much is seen of the cells of a line, by rays that pass through the plane that touches the
+/// surface there; none if no ray shows any cell. middle: the line's middle, from the sonar.
+std::optional<SeenCells> ObjectSight::look_at_line(const MirrorLine& line, const OwnPlace& middle,
+                                                   const BeamOnLine& in_beam,
+                                                   std::size_t count) const {
   const std::optional<LineCells> cells = in_beam.cells(count);
   if (!cells) return std::nullopt;
   const Eigen::Vector3d across = line.away.cross(line.along).normalized();
@@ -338,13 +326,9 @@ std::optional<SeenLine> ObjectSight::look_at_line(const MirrorLine& line, const 
   touching.across = across.cast<float>();
   touching.length_m = static_cast<float>(line.length_m);
   touching.width_m = static_cast<float>(std::numbers::sqrt2 * line.radius_m);
-  const std::optional<ShownCells> shown = show(count, 1, [&](std::size_t column, std::size_t) {
+  return shown({.level = *cells, .up = {.count = 1}}, [&](std::size_t column, std::size_t) {
     return seen_through(touching, middle, cells->middle_m[column] * line.along);
   });
-  if (!shown) return std::nullopt;
-  SeenLine seen{.cells = *cells, .least = shown->least, .most = shown->most};
-  for (std::size_t i = 0; i < count; ++i) seen.share[i] = shown->seen[i][0];
-  return seen;
 }
 
 GlintBeam ObjectSight::glint_beam() const {
@@ -365,8 +349,8 @@ bool ObjectSight::may_see(const Eigen::Vector3d& middle, double radius_m) const 
          may_be_in_beam(middle, radius_m);
 }
 
-/// The same at any range: an echo from a little beyond the fan's range still counts in the last
-/// bin.
+/// Whether a ball may reach into the fan's beam at any range. (An echo from a little beyond the
+/// fan's range still counts in the last bin.)
 bool ObjectSight::may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Eigen::Vector3d away = middle - fan.origin;

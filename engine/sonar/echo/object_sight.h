@@ -1,18 +1,13 @@
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
-#include <ensonify/engine/seafloor/objects/object_surface.h>
 #include <ensonify/engine/sonar/echo/glint_in_beam.h>
-#include <ensonify/engine/sonar/echo/medium.h>
+#include <ensonify/engine/sonar/echo/media_in_sonar.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_tracer.h>
 #include <ensonify/engine/trace/refraction/ray_incidence.h>
@@ -20,15 +15,16 @@
 namespace ensonify::engine {
 
 /// What a fan sees of places on objects: the rays that lead there, and how much of the sound
-/// arrives. Rays decide how much is seen: those of the fan next to the ray that leads to the place.
-/// Of a place that lies under the bed, only rays that meet the object itself see anything.
+/// arrives. The fan's rays next to the ray to a place decide how much of the place is seen. A place
+/// under the bed is seen only by rays that meet the object itself.
 class ObjectSight {
  public:
-  /// bed_height_m: as BedGrid::height_m(); none: there is no bed.
+  /// bed_height_m: as BedGrid::height_m(); empty: there is no bed.
   ObjectSight(const Medium& medium, double wavelength_m, double bin_m,
               std::function<double(double x_m, double y_m)> bed_height_m);
 
-  /// Looks from now on with this sector, whose rays hit this first. Both must stay.
+  /// Sets the sector for the calls that follow. first: what its rays hit first. Both must outlive
+  /// these calls.
   void look(const SectorView& view, const FanHits& first);
   const RayFan& fan() const { return *view_->fan; }
   const FaceLabels& labels() const { return *view_->labels; }
@@ -38,7 +34,7 @@ class ObjectSight {
     double sin_azimuth, sin_elevation, cos_elevation;
   };
   struct Line {     // from the sonar to a place
-    double energy;  // of 1 m^2 of cross-section there, with the medium's mean absorption taken out
+    double energy;  // of 1 m^2 of cross-section there, without the medium's mean absorption
     FanPlace in_fan;
   };
   struct OwnPlace {  // of an object
@@ -61,16 +57,16 @@ class ObjectSight {
                                 bool with_arrays = true) const;
   std::optional<SeenCells> look_at_cells(const FlatPart& flat_part, const OwnPlace& middle,
                                          const FlatPartInBeam& in_beam, std::size_t count) const;
-  std::optional<SeenLine> look_at_line(const MirrorLine& line, const OwnPlace& middle,
-                                       const BeamOnLine& in_beam, std::size_t count) const;
+  std::optional<SeenCells> look_at_line(const MirrorLine& line, const OwnPlace& middle,
+                                        const BeamOnLine& in_beam, std::size_t count) const;
   GlintBeam glint_beam() const;
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
   bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
 
  private:
-  struct RaysAround {  // a direction: these, and the next plane and the next ray
+  struct RaysAround {  // around a direction: these, the next plane and the next ray
     std::size_t plane, ray;
-    double plane_share, ray_share;  // of the next
+    double plane_share, ray_share;  // weights of the next plane and ray
     double share(std::size_t p, std::size_t j) const {
       return (p ? plane_share : 1.0 - plane_share) * (j ? ray_share : 1.0 - ray_share);
     }

@@ -55,20 +55,8 @@ PieceEchoes PieceTable::echoes() {
           .breaks = breaks.data()};
 }
 
-PiecesToLay PieceTable::to_lay() const {
-  return {.count = count,
-          .answers = answers.data(),
-          .from_m = from_m.data(),
-          .until_m = until_m.data(),
-          .energy = energy.data(),
-          .range_m = range_m.data(),
-          .to_end_m = to_end_m.data(),
-          .middles = middles.data(),
-          .changes = changes.data(),
-          .beam_weight = beam_weight.data(),
-          .energy_slope = energy_slope.data(),
-          .label = label.data(),
-          .starts_surface = starts_surface.data()};
+PiecesToLay PieceTable::to_lay() {
+  return {echoes(), count, 0, label.data(), starts_surface.data()};
 }
 
 }  // namespace ensonify::engine

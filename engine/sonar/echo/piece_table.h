@@ -5,7 +5,6 @@
 
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/bin_kernel.h>
-#include <ensonify/engine/sonar/echo/echo_kernel.h>
 
 namespace ensonify::engine {
 
@@ -59,14 +58,14 @@ struct PieceTable {
   /// Repeats the last piece behind the end, since the kernel works on whole vector registers.
   void pad();
 
-  /// Slant range of a piece's first ray, as its straight line has it; and of its last.
+  /// Slant ranges of a piece's first and last ray, on the straight line through its ranges.
   double first_ray_m(std::size_t piece) const { return range_m[piece] - to_last_m[piece]; }
   double last_ray_m(std::size_t piece) const { return range_m[piece] + to_last_m[piece]; }
 
   // Views for the kernel; valid until make_room().
   PieceGeometry geometry() const;
   PieceEchoes echoes();
-  PiecesToLay to_lay() const;
+  PiecesToLay to_lay();
 };
 
 }  // namespace ensonify::engine

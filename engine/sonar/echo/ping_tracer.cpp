@@ -38,17 +38,11 @@ PingTracer::Steered::Steered(const Sonar& sonar, const Medium& medium, std::size
     : beams(sonar, medium.sound_speed_mps / sonar.frequency_hz, bins),
       echo(sonar, medium, beams, bins) {}
 
-/// The range of the nearest thing: an object, or else the bed.
-double PingTracer::nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const {
-  double nearest_m = nearest_bed_m;
-  for (const std::vector<ObjectSurface>* objects : {surfaces_.fixed, surfaces_.moving})
-    if (objects) nearest_m = nearest_flat_part_m(*objects, from, nearest_m);
-  return nearest_m;
-}
-
 void PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,
                      std::span<const double> rise_rad, std::vector<FanAim>& fans) {
-  const double near_m = nearest_m(pose.position, std::min(altitude_m, nearest_bed_m));
+  double near_m = std::min(altitude_m, nearest_bed_m);  // of the bed or an object
+  for (const std::vector<ObjectSurface>* objects : {surfaces_.fixed, surfaces_.moving})
+    if (objects) near_m = nearest_flat_part_m(*objects, pose.position, near_m);
   for (std::size_t i = 0; i < sectors_.size(); ++i) {
     const Sector& sector = sectors_[i];
     FanAim& aim = fans.emplace_back();

@@ -6,16 +6,9 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/echo_former.h>
-#include <ensonify/engine/sonar/echo/fan_aim.h>
-#include <ensonify/engine/sonar/echo/fan_planes.h>
-#include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/sonar/echo/steered_beams.h>
 #include <ensonify/engine/sonar/echo/steered_echo.h>
-#include <ensonify/engine/trace/fan_tracer.h>
-#include <ensonify/engine/trace/traced_faces.h>
 
 namespace ensonify::engine {
 
@@ -24,7 +17,8 @@ namespace ensonify::engine {
 class PingTracer {
  public:
   /// The seafloor, the materials and the moving labels must outlive this; all as in EchoFormer.
-  /// stop_check is called for each beam, whose tables may take a quarter of a second; it may throw.
+  /// stop_check is called for each beam, because its tables may take a quarter of a second; it may
+  /// throw.
   PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const MaterialInSonar> materials, const Refraction& refraction = {},
              const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {},
@@ -35,15 +29,16 @@ class PingTracer {
   /// The number of a ping's fans.
   std::size_t fans() const { return fans_; }
 
-  /// Places the fans of its sectors for the pose of one of its beams, and the altitude of that over
-  /// the bed; and for the range of the nearest bed, if that is less. Appends them to `fans`.
-  /// rise_rad: how far above the horizontal the bed reaches, by sector; empty: it does not.
+  /// Places the fans of all sectors of one beam, and appends them to `fans`. pose, altitude_m: of
+  /// the beam, over the bed straight below. nearest_bed_m: range of the nearest bed, if less than
+  /// the altitude. rise_rad: by sector, how far above the horizontal the bed reaches; empty: it
+  /// does not.
   void aim(const Pose& pose, double altitude_m, double nearest_bed_m,
            std::span<const double> rise_rad, std::vector<FanAim>& fans);
   /// The same over a level bed.
   std::vector<FanAim> aim(const Pose& pose, double altitude_m);
 
-  /// Traces its fans.
+  /// Traces the fans.
   FanTracer& tracer() { return tracer_; }
   const FanTracer& tracer() const { return tracer_; }
 
@@ -55,8 +50,6 @@ class PingTracer {
   const FanPlanes* planes() const { return steered_ ? &steered_->planes : nullptr; }
 
  private:
-  double nearest_m(const Eigen::Vector3d& from, double nearest_bed_m) const;
-
   double range_m_;
   double sound_speed_mps_;
   std::span<const Sector> sectors_;

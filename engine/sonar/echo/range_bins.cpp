@@ -1,9 +1,9 @@
 #include <ensonify/engine/sonar/echo/range_bins.h>
 
-#include <algorithm>
 #include <span>
 
 namespace ensonify::engine {
+
 int fill_with_water(std::span<std::uint32_t> regions) {
   const auto number = [](Region region) { return static_cast<std::uint32_t>(region); };
   const auto bed = std::ranges::find_if(regions, [&](std::uint32_t region) {
@@ -139,7 +139,7 @@ std::uint16_t RangeBins::strongest_label(std::size_t bin, double& energy) const 
 }
 
 /// Sets EchoBin::seen to what it would be if all energy came from one side of nadir. Over a level
-/// bed both may have nearly the same, and then the side that is heard has it.
+/// bed both sides may have nearly the same energy; then the sector's side is taken.
 void RangeBins::choose_places() {
   constexpr double least_own = 0.25;  // of the energy from past nadir
   for (std::size_t i = 0; i < to_.past_end; ++i) {
@@ -216,7 +216,7 @@ void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar, Ec
   }
   line.first_return = first_return;
   line.starved = starved;
-  if (line.first_return < 0)  // no echo at all, so no end of the water column is known
+  if (line.first_return < 0)  // no echo at all, so the end of the water column is not known
     std::fill(out.region.begin(), out.region.end(), static_cast<std::uint32_t>(Region::no_data));
   else
     line.starved -= fill_with_water(out.region);

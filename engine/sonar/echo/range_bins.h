@@ -19,7 +19,7 @@ namespace ensonify::engine {
 /// Slant ranges at which a plane of a fan sees nothing because something nearer is in front.
 struct Shadow {
   double from_m, until_m;
-  float beam_weight;    ///< as in PieceEchoes: with which the plane would see what is there
+  float beam_weight;    ///< PieceEchoes::beam_weight that what lies there would have
   std::uint16_t label;  ///< of what casts the shadow
   std::size_t ray = 0;  ///< the last ray of the plane that meets the thing in front
 };
@@ -35,16 +35,16 @@ class RangeBins {
  public:
   RangeBins(double bin_m, std::size_t bins);
 
-  /// Empties all bins; keeps the memory. abeam: level, to the side that is heard; what lies the
-  /// other way from the sonar is past nadir. 0: nothing is.
+  /// Empties all bins; keeps the memory. abeam: horizontal direction into the sector; what lies on
+  /// the other side of the sonar is past nadir. 0: nothing is past nadir.
   void reset(const Eigen::Vector3d& abeam = Eigen::Vector3d::Zero());
   void begin_plane();
   /// Lays the pieces of the plane.
   void lay(PiecesToLay pieces);
-  /// Marks the bins that lie wholly between the ends of a shadow, except those where the plane sees
-  /// something, or which another shadow of the plane has marked.
+  /// Marks the bins that lie wholly between the ends of a shadow, except bins in which the plane
+  /// sees something, and bins that another shadow of the plane has marked.
   void shade(const Shadow& shadow);
-  /// Adds an echo that no plane brought.
+  /// Adds an echo that does not come from a plane.
   void add(const ObjectEcho& echo);
 
   std::size_t size() const { return bins_.size(); }
@@ -60,13 +60,13 @@ class RangeBins {
                            : Eigen::Vector3d::Zero().eval();
   }
   /// Writes all layers of a line except ranges and intensities, its first return and its number of
-  /// starved bins. `sonar` is the fan's origin. The place and the grazing angle of a bin are those
-  /// of the side that is heard, or of what lies past nadir if that has most of the energy: the mean
-  /// of both would be a place between them, at another range.
+  /// starved bins. `sonar` is the fan's origin. The place and the grazing angle of a bin belong to
+  /// the sector's side, or to the other side of nadir if that has most of the energy. The mean over
+  /// both sides would be a place between them, at another range.
   void write(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line);
 
  private:
-  /// The energy in a bin of a label that is not the bin's first; a list per bin.
+  /// The energy in a bin with a label other than the bin's first. Each bin has a list of these.
   struct Share {
     double energy;
     std::int32_t next;  // in shares_; -1: the last

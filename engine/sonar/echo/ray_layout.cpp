@@ -1,14 +1,12 @@
 #include <ensonify/engine/sonar/echo/ray_layout.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include <ensonify/engine/base/units.h>
 #include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
-#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 namespace ensonify::engine {
 
@@ -30,67 +28,67 @@ void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamS
     }
 }
 
-/// How far from broadside an array reaches that is out of focus at a range: to one of its nulls,
-/// and in the near field farther, as the array's ends see it.
+/// The angle from broadside to which the pattern of an array reaches at a range: to one of its
+/// nulls, and in the near field farther, by the angle of half the array's length times its defocus.
 double reach_rad(const LineArray& array, int null, double defocus, double at_m) {
   const double near_rad = std::atan(0.5 * array.length_m * std::abs(defocus) / at_m);
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
 }
 
-/// How many rays may form one piece: their steps must be equal, and the vertical pattern over them
-/// must be nearly a straight line. (How their ranges differ depends on the face: limit_runs().)
-class Steps {
- public:
-  Steps(const FanGrid& grid, const Sonar& sonar, const std::optional<Element>& element)
-      : elevation_rad_(grid.elevation_rad) {
-    for (const Sector& sector : sonar.sectors()) {
-      if (sector.element != element) continue;
-      std::vector<double>& power = power_.emplace_back();
-      for (const double elevation_rad : elevation_rad_)
-        power.push_back(sonar.vertical.power(grid.middle_depression_rad - elevation_rad, sector));
-    }
+/// The first null of the narrower array, in the far field.
+double first_null_rad(const LineArray& transmit, const LineArray& receive) {
+  return std::min(transmit.null_rad(1), receive.null_rad(1));
+}
+
+/// By elevation: how many rays from it on may form one piece. Their steps must be equal, and the
+/// vertical pattern over them must be nearly a straight line. (How their ranges differ depends on
+/// the face: limit_runs().)
+std::vector<std::uint8_t> max_rays_per_piece(const std::vector<double>& elevation_rad,
+                                             double middle_depression_rad, const Sonar& sonar,
+                                             const std::optional<Element>& element) {
+  constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
+  constexpr std::size_t most = 255;
+  std::vector<std::vector<double>> powers;  // one-way, by sector
+  for (const Sector& sector : sonar.sectors()) {
+    if (sector.element != element) continue;
+    std::vector<double>& power = powers.emplace_back();
+    for (const double angle_rad : elevation_rad)
+      power.push_back(sonar.vertical.power(middle_depression_rad - angle_rad, sector));
   }
-
-  std::size_t max_rays_from(std::size_t j) const {
-    std::size_t rays = 1;
-    while (even(j) && rays < most && even(j + rays) &&
-           elevation_rad_[j + rays] - elevation_rad_[j] < widest_rad)
-      ++rays;
-    while (rays > 2 && !straight(j, rays)) rays /= 2;
-    return rays;
-  }
-
- private:
-  static constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
-  static constexpr std::size_t most = 255;
-
-  /// Whether a ray is in the middle of the elevations that it stands for.
-  bool even(std::size_t j) const {
-    if (j == 0 || j + 1 >= elevation_rad_.size()) return false;
-    const double below = elevation_rad_[j] - elevation_rad_[j - 1];
-    const double above = elevation_rad_[j + 1] - elevation_rad_[j];
+  // Whether a ray is in the middle of the elevations that it stands for.
+  const auto even = [&](std::size_t j) {
+    if (j == 0 || j + 1 >= elevation_rad.size()) return false;
+    const double below = elevation_rad[j] - elevation_rad[j - 1];
+    const double above = elevation_rad[j + 1] - elevation_rad[j];
     return std::abs(above - below) < unevenness * below;
-  }
-  /// Whether the pattern is nearly straight from the neighbours below the rays to those above,
-  /// since their difference is taken for the beam's slope.
-  bool straight(std::size_t j, std::size_t rays) const {
+  };
+  // Whether the pattern is nearly straight from the neighbours below the rays to the neighbours
+  // above, because the kernel takes the beam's slope from the difference of these neighbours.
+  const auto straight = [&](std::size_t j, std::size_t rays) {
     const std::size_t from = j - std::min(j, rays);
-    const std::size_t last = std::min(j + 2 * rays, elevation_rad_.size()) - 1;
-    const double length_rad = elevation_rad_[last] - elevation_rad_[from];
-    for (const std::vector<double>& power : power_)
+    const std::size_t last = std::min(j + 2 * rays, elevation_rad.size()) - 1;
+    const double length_rad = elevation_rad[last] - elevation_rad[from];
+    for (const std::vector<double>& power : powers)
       for (const std::size_t k : {j, j + rays - 1}) {
-        const double share = (elevation_rad_[k] - elevation_rad_[from]) / length_rad;
+        const double share = (elevation_rad[k] - elevation_rad[from]) / length_rad;
         if (std::abs(std::lerp(power[from], power[last], share) - power[k]) > bend * power[k])
           return false;
       }
     return true;
+  };
+  std::vector<std::uint8_t> max_rays;
+  for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
+    std::size_t rays = 1;
+    while (even(j) && rays < most && even(j + rays) &&
+           elevation_rad[j + rays] - elevation_rad[j] < widest_rad)
+      ++rays;
+    while (rays > 2 && !straight(j, rays)) rays /= 2;
+    max_rays.push_back(static_cast<std::uint8_t>(rays));
   }
+  return max_rays;
+}
 
-  const std::vector<double>& elevation_rad_;
-  std::vector<std::vector<double>> power_;  // one-way, by sector
-};
-
-/// Fills in the angles of the layout's rays, and which are within the beam.
+/// Fills in the angles of the layout's rays, and which rays are within the beam.
 void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
   layout.grid = std::move(grid);
   layout.rays = 0;
@@ -123,12 +121,13 @@ void set_grid(std::shared_ptr<const FanGrid> grid, RayLayout& layout) {
 /// How the fan of a sector lies in the water, and where rays of it do not reach a level bed.
 struct FanInWater {
   double roll_tilt_rad;
-  double level_share;  // the sine of a depression over that of the angle below the abeam axis
-  double planes_rad;   // how far the planes of the main lobe differ in depression, by pitch
+  // Sine of a depression, divided by the sine of the angle below the abeam axis.
+  double level_share;
+  double planes_rad;  // how far the planes of the main lobe differ in depression, by pitch
   LaunchLimits limits;
 
-  /// The elevations of the limits, ascending. The first is that of the plane in which it is the
-  /// highest: rays lie close together only on the side that reaches the bed.
+  /// The elevations of the limits, ascending. The first limit is taken from the plane in which its
+  /// elevation is highest, because rays lie close together only on the side that reaches the bed.
   std::array<double, 3> limit_elevations_rad(double middle_depression_rad) const {
     const auto elevation_rad = [&](double depression_rad) {
       return middle_depression_rad + roll_tilt_rad -
@@ -139,9 +138,9 @@ struct FanInWater {
   }
 };
 
-/// Sets `result`, on `grid`, to the layout with its rays moved: those that lay at the limits lie at
-/// the present limits, because near them a millionth of an angle is metres of the bed. Rays between
-/// two limits divide the way between them as before.
+/// Sets `result`, with `grid`, to the layout with its rays moved: rays that lay at the limits then
+/// lie at the present limits, because near a limit a millionth of an angle is metres of the bed.
+/// Rays between two limits divide the angle between them as before.
 void move_in_water(const RayLayout& layout, const FanInWater& laid_for, const FanInWater& now,
                    const std::shared_ptr<FanGrid>& grid, RayLayout& result) {
   *grid = *layout.grid;
@@ -185,7 +184,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
-  // The transmitter lies as far from the outer beams as these lie from the array's middle.
+  // The transmitter is as far from an outer beam as this beam is from the array's middle.
   const double beam_offset_m = sonar.beam_offset_m(sonar.parallel_beams() - 1);
   // No more lobes than needed, because the planes are spread over them.
   const auto lobes = [&](double aside_rad) {
@@ -206,7 +205,6 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
             next_lobe_rad(offset_rad, sent_rad, receive.null_rad(lobes(offset_rad))));
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
-  const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
   const double lobes_sine = receive.wavelength_m / receive.length_m *
                             receive.shading.null_x(sonar.side_lobes + 1);
   const double steered_reach_rad =
@@ -218,7 +216,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
       .truncation_rad = sonar.steers() ? steered_reach_rad
                                        : reach(sonar.side_lobes + 1, drift_rad,
                                                nearest_share * first_return_m),
-      .main_lobe_rad = wider * null_rad,
+      .main_lobe_rad = wider * first_null_rad(transmit, receive),
       .main_beam_rad = reach(1, drift_rad, first_return_m),
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
       .sine_step = sonar.steers() ? 2.0 * std::sin(receive.null_rad(1)) / sonar.planes : 0.0,
@@ -235,15 +233,20 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
     add_samples(plane, lobe_rad, layout.samples);
   }
   layout.first_sample.push_back(layout.samples.size());
-  const Steps steps(*grid, sonar, element);
-  for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j)
-    layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
+  layout.max_rays_per_piece =
+      max_rays_per_piece(grid->elevation_rad, grid->middle_depression_rad, sonar, element);
   set_grid(std::move(grid), layout);
   return layout;
 }
 
+double planes_apart_rad(const Sonar& sonar, double wavelength_m) {
+  return 2.0 / sonar.planes *
+         first_null_rad(sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m));
+}
+
 double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
-  constexpr double closing_mps = 3.0;  // the fastest for which the last bins get all echoes
+  // The highest closing speed at which the last bins get all echoes.
+  constexpr double closing_mps = 3.0;
   return sonar.range_m +
          std::max(sonar.pulse.cell_m(sound_speed_mps) + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m) +
          closing_mps * sonar.pulse.closing_shift_s(sonar.frequency_hz);
@@ -270,13 +273,13 @@ RayLayouts::RayLayouts(const Sonar& sonar, double wavelength_m)
       wavelength_m_(wavelength_m),
       sent_rad_(sonar.transmit_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
       received_rad_(sonar.receive_array(wavelength_m).null_rad(sonar.side_lobes + 1)),
-      main_lobe_rad_(std::min(sonar.transmit_array(wavelength_m).null_rad(1),
-                              sonar.receive_array(wavelength_m).null_rad(1))) {}
+      main_lobe_rad_(
+          first_null_rad(sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m))) {}
 
 std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& sector,
                                                 double altitude_m, double nearest_m,
                                                 double drift_rad, double rise_rad) {
-  constexpr std::size_t max_kept = 256;  // reached over a bed that rises, or where rays bend
+  constexpr std::size_t max_kept = 256;  // only a bed that rises, or bent rays, make so many
   constexpr double steps_per_octave = 4.0;
   constexpr double roll_tilt_step_rad = 0.5 * degree;
   const auto step_of = [&](double range_m) {
@@ -286,8 +289,8 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
   const double tilt_rad = roll_tilt_rad(pose, sector);
   const int roll_tilt_step = static_cast<int>(std::lround(tilt_rad / roll_tilt_step_rad));
-  // A receiver whose lobes are as wide as the transmitter's, and that looks nearly where that does,
-  // receives all that the transmitter insonifies, so no extra planes are needed.
+  // If the receiver's lobes are as wide as the transmitter's, and it looks nearly in the same
+  // direction, it receives all that the transmitter insonifies, and no extra planes are needed.
   const bool drifts = sonar_.parallel_beams() > 1 || received_rad_ < sent_rad_ || drift_rad > 0.5 * sent_rad_;
   const double drift_step_rad = std::max(1e-3, 0.25 * received_rad_);
   const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
@@ -348,7 +351,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
 }
 
 RayLayouts::Moved& RayLayouts::unused(const FanGrid& grid) {
-  // Its grid is held here and by the layout itself.
+  // The grid is held by this entry and by the layout.
   const auto is_unused = [](const Moved& moved) {
     return moved.layout.use_count() == 1 && moved.grid.use_count() <= 2;
   };

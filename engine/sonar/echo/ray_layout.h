@@ -8,21 +8,18 @@
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/beam.h>
-#include <ensonify/engine/sonar/echo/beam_tables.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
-#include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refraction/bent_ranges.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
-/// How the rays of a sonar's fan are laid out, and what of the beam does not change from ping to
-/// ping.
+/// How the rays of a sonar's fan are laid out, and the samples of the beam that do not change from
+/// ping to ping.
 ///
-/// A ray stands for the azimuths about its plane that are nearest to it. Over these the beam is
-/// integrated with two Gauss points in each part of half a null's width; in wider parts where only
-/// the near field reaches.
+/// A ray stands for the azimuths about its plane that are nearest to it. Over these azimuths the
+/// beam is integrated with two Gauss points in each part, which is half a null wide, or wider where
+/// only the near field reaches.
 struct RayLayout {
   /// Rays [from, until) of a plane, by elevation, that are within the beam.
   struct Stretch {
@@ -33,9 +30,9 @@ struct RayLayout {
   std::vector<std::size_t> first_sample;     ///< of each plane, and the end
   std::vector<std::vector<Stretch>> within;  ///< by plane, ascending
   std::uint64_t rays = 0;                    ///< all rays within the beam
-  /// By elevation: halfway to the one before it; then the last elevation itself.
+  /// By elevation: the angle halfway to the elevation before; then the last elevation itself.
   std::vector<double> edge_rad;
-  /// At each elevation (2 j), and halfway to the next (2 j + 1).
+  /// At elevation j (index 2 j), and halfway to the next elevation (2 j + 1).
   std::vector<RayDirection> directions;
   /// By elevation: how many rays from it on may form one piece if all hit one face.
   std::vector<std::uint8_t> max_rays_per_piece;
@@ -47,22 +44,26 @@ struct RayLayout {
 };
 
 /// The layout of the sectors with this element, for one ratio of the sonar's range to its altitude
-/// and for one tilt of the sector (roll_tilt_rad()). It lays more rays where they meet the bed;
-/// what a ray means does not depend on it. drift_rad: how far the receiver turns and moves, in
-/// angle, until its echo is back; there are as many more planes where it is narrower than the
-/// transmitter. nearest_share: the range of the nearest thing over the altitude. In the near field
-/// the beam at that range is wider than over the bed, so there are further planes on the outside.
-/// rise_rad: how far above the horizontal the bed reaches, 0 if not. bent: as in FanLayout.
+/// and for one tilt of the sector (roll_tilt_rad()). Ratio and tilt decide only where rays lie
+/// close together; the meaning of a ray does not depend on them. drift_rad: the angle by which the
+/// receiver turns and moves until its echo is back. If the receiver's beam is narrower than the
+/// transmitter's, the fan has as many more planes. nearest_share: the range of the nearest thing,
+/// divided by the altitude. In the near field the beam is wider at that range than over the bed, so
+/// there are further planes on the outside. rise_rad: how far above the horizontal the bed reaches,
+/// 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           const std::optional<Element>& element = {}, double roll_tilt_rad = 0.0,
                           double drift_rad = 0.0, double nearest_share = 1.0, double rise_rad = 0.0,
                           std::span<const LaunchRange> bent = {});
 
+/// The azimuth between neighbouring planes of a fan about the beam's axis.
+double planes_apart_rad(const Sonar& sonar, double wavelength_m);
+
 /// How far below the horizontal the abeam axis of a sector points at a pose: its tilt by roll.
 double roll_tilt_rad(const Pose& pose, const Sector& sector);
 
-/// The range of the rays: a little beyond the last bin. A sweep's pulse reaches there, and its
-/// echoes from there may appear nearer.
+/// The range of the rays. It ends a little beyond the last bin, because the pulse of a sweep
+/// reaches into the last bin from there, and its echoes from there may appear nearer.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
 /// The fan of a sector at a pose. Its origin is the position rounded to floats (nearest_floats.h).
@@ -73,14 +74,14 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, const Sector& sector
 /// within such a step share one, too; so do drifts within a quarter of the receiver's lobes, and
 /// heights above the horizontal within half the angle between the horizontal and a flat bed at the
 /// end of the range. Where rays bend, altitudes within 4 % and depths within 2 % of the altitude
-/// share the ranges of bent rays; each ping has its own layout, whose rays are moved with those
-/// beyond which a level bed is not reached (LaunchLimits).
+/// share the ranges of bent rays; each ping has a separate layout, whose rays follow the limits
+/// beyond which rays do not reach a level bed (LaunchLimits).
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m);
-  RayLayouts(const RayLayouts&) = delete;  // no two share layouts that are used again
+  RayLayouts(const RayLayouts&) = delete;  // a copy would share layouts that are used again
   RayLayouts(RayLayouts&&) = default;
-  /// Lays the rays for a sea in which they bend. The profile must outlive this.
+  /// Lays the rays for a sea in which rays bend. The profile must outlive this.
   void bend(const scatter::SoundSpeedProfile& profile, double reference_mps) {
     profile_ = &profile;
     reference_mps_ = reference_mps;
@@ -91,8 +92,8 @@ class RayLayouts {
                                       double nearest_m, double drift_rad, double rise_rad);
 
  private:
-  /// The layout of a ping, and its grid. A later ping takes them when no other object holds them,
-  /// so that a steady ping allocates nothing.
+  /// The layout of a ping, and its grid. A later ping takes them if nothing else holds them, so
+  /// that a steady ping allocates nothing.
   struct Moved {
     std::shared_ptr<RayLayout> layout;
     std::shared_ptr<FanGrid> grid;
@@ -101,16 +102,31 @@ class RayLayouts {
 
   Sonar sonar_;
   double wavelength_m_;
-  double sent_rad_, received_rad_;  // how far the traced lobes of each array reach, far away
+  double sent_rad_, received_rad_;  // how far the traced lobes of each array reach in the far field
   double main_lobe_rad_;            // of the narrower array
   const scatter::SoundSpeedProfile* profile_ = nullptr;  // if rays bend
   double reference_mps_ = 0.0;
-  /// By steps of altitude, finer steps of it, and depth.
+  /// By steps of altitude, finer steps of altitude, and steps of depth.
   std::map<std::array<int, 3>, BentRanges> bent_;
   /// By the element's sector; by steps of altitude, nearest range, tilt, drift and rise; and for
   /// bent rays of depth and finer steps of altitude.
   std::map<std::array<int, 8>, std::shared_ptr<const RayLayout>> made_;
   std::vector<Moved> moved_;
+};
+
+/// A line of each ping: what one receive beam receives of one sector.
+struct LinePlan {
+  std::size_t sector = 0;  ///< index in Sonar::sectors()
+  int beam = 0;            ///< from the rear, see Sonar::beams
+  std::size_t fan = 0;     ///< index of the sonar's fan from whose rays the line is formed
+};
+
+/// Where a fan of a sonar looks at a ping.
+struct FanAim {
+  RayFan fan;
+  std::shared_ptr<const RayLayout> layout;
+  ReceiverMotion motion;
+  double altitude_m = 0.0;  ///< over the bed straight below
 };
 
 }  // namespace ensonify::engine

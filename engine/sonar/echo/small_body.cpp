@@ -25,13 +25,14 @@ double SmallBody::gain(double wavelength_m) const {
 
 std::optional<SmallBody> small_body_of(const ObjectSurface& object, bool open,
                                        double wavelength_m) {
-  // The middle and radius are those of its box, whose diagonal is sqrt(3) times a ball's.
+  // ObjectSurface::radius_m is half the diagonal of a box. For a ball it is sqrt(3) times the
+  // ball's radius.
   constexpr double most_ka = 2.0;
   const double k = 2.0 * std::numbers::pi / wavelength_m;
   if (!(k * object.radius_m < std::numbers::sqrt3 * most_ka)) return std::nullopt;
-  // By Gauss's theorem: the volume is a third of the integral of x n over the surface, the integral
-  // of x_i x_k over the volume a fifth of that of x_i x_k x n. x n is the same all over a flat
-  // part.
+  // By Gauss's theorem, the volume is a third of the integral of x n over the surface, and the
+  // integral of x_i x_k over the volume is a fifth of the integral of x_i x_k x n over the surface.
+  // Over a flat part x n is constant.
   const Vector3d& middle = object.middle;
   double area_m2 = 0.0, volume_m3 = 0.0;
   Vector3d of_area = Vector3d::Zero(), of_volume = Vector3d::Zero();  // first moments
@@ -58,7 +59,7 @@ std::optional<SmallBody> small_body_of(const ObjectSurface& object, bool open,
     return Matrix3d(squares / size - mean * mean.transpose());
   };
   const bool closed = !open && volume_m3 > 0.0;
-  const double half2_per_square = closed ? 5.0 : 4.0;  // of an ellipsoid; of a disc
+  const double half2_per_square = closed ? 5.0 : 4.0;  // 5 for an ellipsoid, 4 for a disc
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(
       closed ? about_middle(squares_of_volume, of_volume, volume_m3)
              : about_middle(squares_of_area, of_area, area_m2));

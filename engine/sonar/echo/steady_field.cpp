@@ -5,15 +5,11 @@
 #include <stdexcept>
 
 namespace ensonify::engine {
-namespace {
-
-constexpr double samples_per_lobe = 4.0;    // of a sweep: in 1 / B
-constexpr double most_lobes_in_bin = 16.0;  // that are sampled
-
-}  // namespace
 
 SteadyField::SteadyField(const Pulse& pulse, double sound_speed_mps, double bin_m, std::size_t bins)
     : pulse_(pulse), bin_m_(bin_m), bin_s_(2.0 * bin_m / sound_speed_mps), bins_(bins) {
+  constexpr double samples_per_lobe = 4.0;    // of a sweep, per 1 / B
+  constexpr double most_lobes_in_bin = 16.0;  // in bins with more, another sweep is sampled
   if (!(bin_m > 0.0 && sound_speed_mps > 0.0 && pulse.effective_length_s() > 0.0))
     throw std::invalid_argument("SteadyField: the pulse, its speed and the bin must be positive");
   if (pulse.kind == PulseKind::cw) return;
@@ -41,7 +37,7 @@ void SteadyField::add(double range_m, std::complex<double> amplitude) {
     samples_[i] += scale_ * amplitude * pulse_.amplitude((static_cast<double>(i) - peak) * step_s);
 }
 
-/// Walks from edge to edge, through the bins that lie between them.
+/// Goes from edge to edge, through the bins between them.
 void SteadyField::sum_tones() {
   std::ranges::sort(edges_, {}, &Edge::place);
   const auto count = static_cast<double>(bins_.size());
@@ -60,7 +56,7 @@ void SteadyField::sum_tones() {
     from = until;
     echoes += edge.echoes;
     field += edge.change;
-    if (echoes == 0) field = 0.0;  // without what rounding left
+    if (echoes == 0) field = 0.0;  // removes what rounding left
   }
 }
 

@@ -8,31 +8,26 @@
 
 namespace ensonify::engine {
 
-/// The sum of steady echoes, with their phases, over the bins of a line.
+/// The sum of steady echoes, with their phases, over the bins of a line: engine/sonar/README.md,
+/// "Glints that overlap in time". Echoes with the complex amplitudes a_i at the times t_i have the
+/// field s(t) = sum of a_i p(t - t_i), with the amplitude p of the pulse. The intensity in a bin is
+/// the mean of |s|^2 over its time.
 ///
-/// Echoes interfere only while they are there at the same time. Echoes with the complex amplitudes
-/// a_i at the times t_i have the field s(t) = sum of a_i p(t - t_i), with the amplitude p of the
-/// pulse. The intensity in a bin is the mean of |s|^2 over its time. So two echoes that are t
-/// apart have the energy
-///
-///     |a_1|^2 + |a_2|^2 + 2 Re(a_1 a_2*) Pulse::correlation(t),
-///
-/// whatever the bins.
-///
-/// The field of a tone is constant between the begins and ends of its echoes: the mean over a bin
-/// is a sum over these stretches, and exact. The field of a sweep has the band B. It is sampled at
-/// least four times per 1 / B: the sum of |s|^2 over all samples is its energy (Parseval), and the
-/// mean over a bin is exact to 2 % of the brightest bin. In bins
-/// of more than 16 / B the echo of a sweep of 16 per bin stands for it, with the same energy.
+/// The field of a tone is constant between the beginnings and ends of its echoes: the mean over a
+/// bin is a sum over these intervals, and exact. The field of a sweep has the bandwidth B. It is
+/// sampled at least four times per 1 / B. So the sum of |s|^2 over all samples is its energy
+/// (Parseval), and the error of a bin's mean is within 2 % of the brightest bin. In bins longer
+/// than 16 / B, a sweep with the bandwidth of 16 per bin and the same energy stands for the sweep.
 class SteadyField {
  public:
   /// Throws std::invalid_argument unless pulse, sound speed and bin are positive.
   SteadyField(const Pulse& pulse, double sound_speed_mps, double bin_m, std::size_t bins);
 
-  /// Adds an echo at a range: of a tone where it begins, of a sweep where it peaks.
+  /// Adds an echo. range_m: where the echo of a tone begins, or the echo of a sweep peaks.
   void add(double range_m, std::complex<double> amplitude);
-  /// Writes a field per bin, empty if there is no echo, and takes the echoes out; keeps the memory.
-  /// The field's square is the mean intensity in the bin, its phase that of the mean field.
+  /// Writes one field value per bin, or none if there is no echo; then forgets the echoes and keeps
+  /// the memory. The square of the value is the mean intensity in the bin. Its phase is the phase
+  /// of the mean field.
   void write(std::vector<float>& re, std::vector<float>& im);
 
  private:
@@ -43,7 +38,7 @@ class SteadyField {
   struct Edge {    // of a tone's echo
     double place;  // in bins
     std::complex<double> change;
-    int echoes;  // that begin here, less those that end
+    int echoes;  // number that begin here, minus the number that end here
   };
   void sum_tones();
   void sum_samples();

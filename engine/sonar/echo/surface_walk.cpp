@@ -31,7 +31,7 @@ void SurfaceWalk::walk(const SectorView& view, std::size_t plane, PieceTable& pi
     if (pieces.answers[piece])
       begin_surface(piece);
     else
-      caster_ = crest_ = none;  // a back: the surface's hole, not its shadow
+      caster_ = crest_ = none;  // the back of a face: a hole in the surface, not a shadow
   }
   end_plane(count - 1);
 }
@@ -41,8 +41,8 @@ bool SurfaceWalk::continues(std::size_t a, std::size_t b) const {
 }
 
 // Whether two pieces belong to one surface. If the gap between them is no longer than their facets,
-// as in find_breaks() (echo_kernel.cpp). If it is longer: leads_to() in one direction where rays
-// skip facets even on level ground, otherwise in both.
+// find_breaks() (echo_kernel.cpp) has the rule. If it is longer, leads_to() must hold in one
+// direction where rays skip facets even on level ground, and otherwise in both directions.
 bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const PieceTable& pieces = *pieces_;
   const RayFan& fan = *view_->fan;
@@ -65,7 +65,7 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const bool bent = fan.bend.turn_rad > 0.0;
   const bool a_leads = bent ? has_in_plane(a, b, apart_m) : leads_to(a, after, b_m, apart_m),
              b_leads = bent ? has_in_plane(b, a, apart_m) : leads_to(b, before, a_m, apart_m);
-  if (!(down > 0.0)) return a_leads && b_leads;  // level ground is never there
+  if (!(down > 0.0)) return a_leads && b_leads;  // this ray meets no level ground
   if (!(next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m)) return a_leads || b_leads;
   // Near the turning point of bent rays, a neighbouring ray can hit much farther away.
   if (bent) return a_leads && b_leads;
@@ -76,17 +76,18 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   return std::hypot(longest_m, across_m) > reach_m && a_leads && b_leads;
 }
 
-// For facets with unknown bed between them: whether a ray that met something `there_m` away meets
-// the plane of a piece about there, no farther off than half the step between the two, or than two
-// bins. Where rays step over level ground, one that leads to the other will do: on a rough bed the
-// other may face anywhere. An edge that casts a shadow lies far above the plane of what is seen
-// behind it, and that lies far below the edge's plane.
+// For two pieces with unknown bed between them: whether a ray, which met something at the range
+// there_m, meets the plane of the piece at nearly that range. The ranges may differ by half the
+// step between the pieces, or by two bins. Where rays step over facets on level ground, it is
+// enough if one piece leads to the other, because on a rough bed the other one may face anywhere.
+// An edge that casts a shadow lies far above the plane of what is seen behind it, and what is seen
+// behind it lies far below the plane of the edge.
 bool SurfaceWalk::leads_to(std::size_t piece, std::size_t ray, double there_m,
                            double apart_m) const {
   return std::abs(on_plane_m(piece, ray) - there_m) <= std::max(0.5 * apart_m, 2.0 * bin_m_);
 }
 
-// The same for bent rays, whose spacing is irregular: whether `other` lies near the plane of
+// The test for bent rays, whose spacing is irregular: whether `other` lies near the plane of
 // `piece`, as near as leads_to() demands along a straight ray.
 bool SurfaceWalk::has_in_plane(std::size_t piece, std::size_t other, double apart_m) const {
   const refine::Triangles& triangles = view_->triangles;
@@ -112,7 +113,7 @@ void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
                           pieces.label[last], pieces.end[last] - std::size_t{1}});
   } else if (pieces.end[last] < stretches_.front().until) {
     end_in_water(last);
-  } else {  // with its stretch of rays
+  } else {  // the surface ends where the stretch of rays ends
     pieces.until_m[last] = pieces.range_m[last] + half_m(last);
   }
 }
@@ -141,8 +142,8 @@ double SurfaceWalk::hides_from_m(std::size_t caster) {
   return std::max(caster_m, last_bed_m_);
 }
 
-// The next ray met nothing, perhaps because its hit is beyond the range: then the surface continues
-// there, and hides nothing.
+// The ray after the piece met nothing. If this is because its hit is beyond the range, the surface
+// continues there and hides nothing.
 void SurfaceWalk::end_in_water(std::size_t piece) {
   const double next_m = on_plane_m(piece, pieces_->end[piece]);
   if (next_m >= view_->fan->range_m && std::isfinite(next_m) && reaches_range(piece)) {
@@ -172,9 +173,9 @@ void SurfaceWalk::end_plane(std::size_t last) {
   if (caster_ != none) shade_beyond(caster_);
 }
 
-// Whether a surface may continue from its last ray to the range limit. The plane of a facet seen
-// nearly edge-on always does, but the facet may be a crest and end at once. So a single ray must be
-// no farther from the limit than two steps between rays, or than facets reach.
+// Whether a surface may continue from its last ray to the range limit. The plane of a facet that is
+// seen nearly edge-on always does, but the facet may be a crest and end at once. So a single ray
+// must be no farther from the limit than two steps between rays, or than facets reach.
 bool SurfaceWalk::reaches_range(std::size_t piece) const {
   const PieceTable& pieces = *pieces_;
   if (pieces.end[piece] - pieces.begin[piece] > 1) return true;
@@ -197,7 +198,7 @@ double SurfaceWalk::half_m(std::size_t piece) const {
   return pieces_->end[piece] - pieces_->begin[piece] > 1 ? pieces_->to_end_m[piece] : 0.0;
 }
 
-// Where a ray would meet a piece's facet if that went on; infinite if never.
+// The range at which a ray would meet the plane of a piece's facet; infinite if it never does.
 double SurfaceWalk::on_plane_m(std::size_t piece, std::size_t ray) const {
   const FanGrid& grid = *view_->fan->grid;
   const double facing = pieces_->level[piece] * grid.cos_elevation[ray] +
@@ -227,7 +228,8 @@ void SurfaceWalk::continue_beyond_range(std::size_t piece, double next_m) {
   pieces.starts_surface[added] = 1;
 }
 
-// Up to the range limit, or to where the line of sight leaves the seafloor: nothing is known there.
+// Adds a shadow up to the range limit, or to where the line of sight leaves the seafloor; farther
+// away nothing is known.
 void SurfaceWalk::shade_beyond(std::size_t caster) {
   const RayFan& fan = *view_->fan;
   const Eigen::Vector3d direction = last_ray(caster);

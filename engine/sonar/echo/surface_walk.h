@@ -1,23 +1,18 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/face_labels.h>
-#include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
-#include <ensonify/engine/trace/ray_fan.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-/// One sector of one ping, from which its echo is formed. What it points to must outlive it.
+/// The data of one sector of one ping from which its echo is formed. What the members point to must
+/// outlive this.
 struct SectorView {
   std::size_t sector;  ///< its place in Sonar::sectors()
   const Beam* beam;
@@ -35,13 +30,13 @@ struct SectorView {
 /// Between two neighbouring rays that hit different surfaces, the surface of the lower ray hides
 /// what lies between their ranges. A surface that ends in the water (the next ray within the beam
 /// hits nothing) hides all behind it up to the range of the fan, or up to where the line of sight
-/// leaves the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks
+/// leaves the seafloor. So does a surface at the fan's upper edge, if that edge is level or looks
 /// up. Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small
 /// that rays step over them; then the bed continues between two that lie in one plane.
 ///
-/// An object hides the bed from where the rays below it saw it last: between a floating object and
-/// that place there is water. Nor does an object take the place of a crest of the bed, if only
-/// water is seen between the two: what lies behind is hidden by the crest.
+/// An object hides the bed from the place where the rays below the object saw the bed last, because
+/// there is water between that place and a floating object. If only water is seen between a crest
+/// of the bed and an object above, the crest hides what lies behind, not the object.
 class SurfaceWalk {
  public:
   /// lowest and highest are the seafloor's bounds in x and y, local metres.
@@ -49,11 +44,11 @@ class SurfaceWalk {
       : lowest_(lowest), highest_(highest), bin_m_(bin_m) {}
 
   /// Sets from_m, until_m and starts_surface of the pieces of a plane where they break; adds a
-  /// piece for each surface that continues beyond the range. Before, compute_echoes() must have
-  /// filled the table.
+  /// piece for each surface that continues beyond the range. compute_echoes() must have filled the
+  /// table.
   void walk(const SectorView& view, std::size_t plane, PieceTable& pieces);
 
-  /// Those of the plane that was walked last.
+  /// The shadows of the plane that was walked last.
   std::span<const Shadow> shadows() const { return shadows_; }
 
  private:
@@ -88,7 +83,7 @@ class SurfaceWalk {
   std::span<const RayLayout::Stretch> stretches_;  // the present one, and those to come
   std::size_t caster_ = none;  // the last surface that ended and hides what is behind
   std::size_t crest_ = none;   // the bed's last piece, if it ended in the water
-  std::size_t seen_ = 0;       // pieces before it are known to last_bed_m_
+  std::size_t seen_ = 0;       // last_bed_m_ contains the pieces before this one
   double last_bed_m_ = 0.0;    // range to which the bed was seen last
 };
 

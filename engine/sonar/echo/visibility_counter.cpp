@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 namespace ensonify::engine {
 namespace {
@@ -24,7 +23,7 @@ double solid_angle_sr(const FanGrid& grid, std::size_t plane, std::size_t elevat
   return grid.cos_elevation[elevation] * step_rad * grid.planes[plane].width_rad;
 }
 
-/// Leaves the part of a line within the range; false if there is none.
+/// Cuts a line to its part within the range; false if there is no such part.
 bool cut_to_range(std::array<Eigen::Vector2d, 2>& ends, double range_m) {
   const double range2 = range_m * range_m;
   if (ends[0].squaredNorm() <= range2 && ends[1].squaredNorm() <= range2) return true;
@@ -41,12 +40,6 @@ bool cut_to_range(std::array<Eigen::Vector2d, 2>& ends, double range_m) {
 }
 
 }  // namespace
-
-ObjectVisibility& ObjectVisibility::operator+=(const ObjectVisibility& other) {
-  alone += other.alone;
-  seen += other.seen;
-  return *this;
-}
 
 VisibilityCounter::VisibilityCounter(const Seafloor& seafloor)
     : visibilities_(seafloor.objects.size()) {
@@ -72,8 +65,8 @@ bool VisibilityCounter::in_view(const Object& object, const RayFan& fan) const {
   if (distance_m > fan.range_m + object.radius_m ||
       std::abs(beside_m) > object.radius_m + fan.grid->sin_truncation * distance_m)
     return false;
-  // What is behind both outermost planes is behind those between them: their directions are sums of
-  // positive shares of these two, which add up to at least 1.
+  // What is behind both outermost planes is behind the planes between them: their directions are
+  // sums of positive shares of these two directions, and the shares add up to at least 1.
   const double before_m = away.dot(fan.middle);
   const auto is_behind = [&](const FanGrid::Plane& plane) {
     return plane.sin_azimuth * beside_m + plane.cos_azimuth * before_m < -object.radius_m;
@@ -95,8 +88,8 @@ void VisibilityCounter::find_faces(refine::Triangles triangles) {
   };
   found_.clear();
   first_of_wanted_.assign(wanted_.size() + 1, 0);
-  // The last face's object in wanted_, and a gap between their faces: the next face is mostly in
-  // the same.
+  // The index in wanted_ of the last face's object, and a gap between the faces of objects. The
+  // next face is mostly in the same object or gap.
   std::size_t wanted = 0;
   std::uint32_t gap = 0, gap_end = 0;
   for (std::uint32_t place = 0; place < triangles.numbers.size(); ++place) {
@@ -175,7 +168,8 @@ void VisibilityCounter::cover(const RayFan& fan, refine::Triangles triangles, st
   const auto beside_plane = [&](const FanGrid::Plane& plane) -> Eigen::RowVector3d {
     return plane.cos_azimuth * across - plane.sin_azimuth * before;
   };
-  // Before the sonar, the planes that cut the face lie between the azimuths of its corners.
+  // If the face is in front of the sonar, the planes that cut it lie between the azimuths of its
+  // corners.
   std::size_t first = 0, end = fan.planes();
   if (before.minCoeff() > 0.0) {
     if (beside_plane(fan.grid->planes.front()).maxCoeff() < 0.0 ||

@@ -17,16 +17,16 @@ namespace ensonify::engine {
 /// Counts how much of each object the pings of one sonar see. Straight rays only.
 ///
 /// A plane of the fan cuts an object's faces in segments, which cover intervals of the plane's
-/// rays. All these intervals together are the rays that would meet the object if it were alone. An
-/// object of more faces than about 2000 is looked at every few pings only, so that this costs a
-/// small part of a ping.
+/// rays. The union of these intervals is the rays that would meet the object if it were alone. An
+/// object of more than about 2000 faces is counted only every few pings, so that this costs a small
+/// part of a ping.
 class VisibilityCounter {
  public:
   /// The seafloor must outlive this.
   explicit VisibilityCounter(const Seafloor& seafloor);
 
-  /// Counts one sector of a ping: the hits of its fan on these triangles, which include all faces
-  /// of objects that the fan can touch.
+  /// Counts one sector of a ping. runs: the hits of its fan on these triangles, which must include
+  /// all faces of objects that the fan can touch.
   void look(const RayFan& fan, refine::Triangles triangles, const FanRuns& runs,
             std::uint64_t ping);
   /// One per object of the seafloor.
@@ -56,7 +56,7 @@ class VisibilityCounter {
     std::size_t from, until;
   };
   std::vector<std::uint8_t> covered_;  // rays of an object
-  std::vector<Span> spans_;            // between which they are, by plane
+  std::vector<Span> spans_;            // by plane: first and end of these rays
 };
 
 }  // namespace ensonify::engine

@@ -1,7 +1,5 @@
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <span>
 

@@ -21,7 +21,8 @@ Vector3d angular_velocity_radps(const Pose& pose) {
           -pose.pitch_rate_radps * sr + pose.heading_rate_radps * cp * cr};
 }
 
-/// The inverse; undefined if the nose points straight up, where there is no heading.
+/// The inverse of angular_velocity_radps(): sets the rates of a pose. Undefined if the nose points
+/// straight up, where there is no heading.
 void set_rates(Pose& pose, const Vector3d& angular_velocity) {
   const double cr = std::cos(pose.roll_rad), sr = std::sin(pose.roll_rad);
   const double turning = angular_velocity.y() * sr + angular_velocity.z() * cr;
@@ -30,7 +31,7 @@ void set_rates(Pose& pose, const Vector3d& angular_velocity) {
   pose.roll_rate_radps = angular_velocity.x() + turning * std::tan(pose.pitch_rad);
 }
 
-/// From the sonar's axes to the vehicle's.
+/// The rotation from the sonar's axes to the vehicle's axes.
 Matrix3d turn_of(const Mounting& mounting) {
   const double across_rad = mounting.across ? -90.0 * degree : 0.0;
   return (AngleAxisd(mounting.azimuth_rad, Vector3d::UnitZ()) *

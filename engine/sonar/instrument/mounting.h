@@ -11,12 +11,12 @@ struct Mounting {
   double down_m = 0.0;
   /// Turns the array to starboard; at -90 degrees the starboard side looks ahead.
   double azimuth_rad = 0.0;
-  double pitch_rad = 0.0;  ///< then lifts the front end
+  double pitch_rad = 0.0;  ///< after that turn, lifts the front end
   /// Whether the array then lies across: its x axis points to port, and the sonar looks ahead.
   bool across = false;
 
   bool operator==(const Mounting&) const = default;
-  /// A place on the same vehicle that lies ahead of this one, along the array.
+  /// This mounting, moved forwards along the array by `along_m`.
   Mounting ahead(double along_m) const;
 };
 

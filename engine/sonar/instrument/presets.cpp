@@ -28,10 +28,10 @@ struct PresetRow {
 // Sources. EdgeTech: frequencies, dual simultaneous linear FM chirps and the 4125's range at 600
 // kHz from the manual of the 4200 (0004842 rev. N, 1.3.2) and a survey report. Klein 3900:
 // frequencies from USGS Data Series 739. Klein 5000: frequency, five beams per side and the
-// receiver's bandwidth from its manual and NOAA. No document was found for the lengths of pulses
-// and the source levels: the lengths are those of a setting for the longest range. Nor for the
-// places of the Klein 5000's beams, which are 0.2 m apart here (as wide as its resolution at 75 m),
-// and for its transmitter, which here gives the outer beams half of its power at 15 m. presets.md
+// receiver's bandwidth from its manual and NOAA. No document was found for the pulse lengths, the
+// source levels, and the beams and transmitter of the Klein 5000. Here the pulse lengths are those
+// of a setting for the longest range. The beams of the Klein 5000 are 0.2 m apart, which is its
+// resolution at 75 m. Its transmitter gives the outer beams half of its power at 15 m. presets.md
 // compares the reach of each preset with its range.
 // clang-format off
 constexpr std::array rows{
@@ -83,45 +83,42 @@ constexpr std::array rows{
 };
 // clang-format on
 
-Preset preset_of(const PresetRow& row) {
-  Preset preset{.name = row.name,
-                .instrument = row.instrument,
-                .beamwidth_rad = row.beamwidth_deg * degree,
-                .documented = row.documented};
-  Sonar& sonar = preset.sonar;
-  sonar.preset = row.name;
-  sonar.frequency_hz = row.frequency_hz;
-  sonar.pulse = {.kind = row.pulse,
-                 .bandwidth_hz = row.bandwidth_hz,
-                 .length_s = 1e-3 * row.pulse_length_ms,
-                 .window = row.pulse == PulseKind::lfm ? PulseWindow::hann : PulseWindow::none};
-  sonar.range_m = row.range_m;
-  sonar.source_level_db = row.source_level_db;
-  sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
-  sonar.vertical.tilt_rad = row.tilt_deg * degree;
-  sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
-  // Recordings have no nulls below the axis: fits of one have -13 dB at 69 degrees.
-  sonar.vertical.floor_below_db = -13.0;
-  // The length is rounded to a millimetre.
-  const double length_m =
-      Shading().beam_width_x() * nominal_sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
-  sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
-  if (row.transmitter_m > 0.0)
-    sonar.receive_array_length_m = std::exchange(sonar.array_length_m, row.transmitter_m);
-  sonar.beams = row.beams;
-  sonar.focused = row.beams > 1;
-  // A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or shorter:
-  // the number of bins is rounded up to a multiple of 100.
-  const double resolution_m =
-      0.5 * nominal_sound_speed_mps *
-      (row.pulse == PulseKind::cw ? sonar.pulse.length_s : 1.0 / row.bandwidth_hz);
-  sonar.bins = 100 * static_cast<int>(std::ceil(row.range_m / resolution_m / 100.0));
-  return preset;
-}
-
 std::vector<Preset> made_presets() {
   std::vector<Preset> made;
-  for (const PresetRow& row : rows) made.push_back(preset_of(row));
+  for (const PresetRow& row : rows) {
+    Preset& preset = made.emplace_back(Preset{.name = row.name,
+                                              .instrument = row.instrument,
+                                              .beamwidth_rad = row.beamwidth_deg * degree,
+                                              .documented = row.documented});
+    Sonar& sonar = preset.sonar;
+    sonar.preset = row.name;
+    sonar.frequency_hz = row.frequency_hz;
+    sonar.pulse = {.kind = row.pulse,
+                   .bandwidth_hz = row.bandwidth_hz,
+                   .length_s = 1e-3 * row.pulse_length_ms,
+                   .window = row.pulse == PulseKind::lfm ? PulseWindow::hann : PulseWindow::none};
+    sonar.range_m = row.range_m;
+    sonar.source_level_db = row.source_level_db;
+    sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
+    sonar.vertical.tilt_rad = row.tilt_deg * degree;
+    sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
+    // Recordings show no nulls below the axis: fits to one recording have -13 dB at 69 degrees.
+    sonar.vertical.floor_below_db = -13.0;
+    // The length is rounded to a millimetre.
+    const double length_m = Shading().beam_width_x() * nominal_sound_speed_mps / row.frequency_hz /
+                            preset.beamwidth_rad;
+    sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
+    if (row.transmitter_m > 0.0)
+      sonar.receive_array_length_m = std::exchange(sonar.array_length_m, row.transmitter_m);
+    sonar.beams = row.beams;
+    sonar.focused = row.beams > 1;
+    // A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or
+    // shorter: the number of bins is rounded up to a multiple of 100.
+    const double resolution_m =
+        0.5 * nominal_sound_speed_mps *
+        (row.pulse == PulseKind::cw ? sonar.pulse.length_s : 1.0 / row.bandwidth_hz);
+    sonar.bins = 100 * static_cast<int>(std::ceil(row.range_m / resolution_m / 100.0));
+  }
   return made;
 }
 

@@ -22,7 +22,8 @@ struct Preset {
 
 std::span<const Preset> presets();
 std::vector<std::string_view> preset_names();
-/// A preset's sonar, by its name; - and _ are alike. Throws std::invalid_argument for another.
+/// The sonar of the preset with this name, in which - and _ are equal. Throws std::invalid_argument
+/// if no preset has this name.
 const Sonar& preset_sonar(std::string_view name);
 
 }  // namespace ensonify::engine

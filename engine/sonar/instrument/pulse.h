@@ -12,13 +12,14 @@ enum class PulseWindow { none, hann };
 ///
 /// A CW pulse has the intensity of a box of its length. A linear sweep (LFM) has, after the matched
 /// filter, the transform of its flat spectrum: an intensity of sinc^2(B t), whose first side lobe
-/// is 13.3 dB down and whose -3 dB width is 0.886 / B. With a Hann window over the spectrum it is
-/// (sinc(B t) / (1 - (B t)^2))^2, with 31.5 dB and 1.44 / B. The filter collects the energy of the
-/// whole sweep: its length T does not change an echo's level or shape, but lowers the noise by the
-/// gain B T. Its frequency rises.
+/// is 13.3 dB down and whose -3 dB width is 0.886 / B. With a Hann window over the spectrum the
+/// intensity is (sinc(B t) / (1 - (B t)^2))^2, whose first side lobe is 31.5 dB down and whose -3
+/// dB width is 1.44 / B. The filter collects the energy of the whole sweep: its length T does not
+/// change an echo's level or shape, but lowers the noise by the gain B T. The frequency of the
+/// sweep rises.
 ///
-/// A range is the one of the leading edge: the echo of a CW pulse begins at its range and ends half
-/// a pulse's way, c T / 2, behind it. A compressed sweep peaks at its range.
+/// The range of an echo belongs to the leading edge of the pulse: the echo of a CW pulse begins at
+/// its range and ends c T / 2 farther. The echo of a compressed sweep peaks at its range.
 struct Pulse {
   PulseKind kind = PulseKind::cw;
   double bandwidth_hz = 30e3;
@@ -26,24 +27,25 @@ struct Pulse {
   PulseWindow window = PulseWindow::none;  ///< over the spectrum of a sweep
 
   double transmitted_length_s() const { return length_s > 0.0 ? length_s : 1.0 / bandwidth_hz; }
-  /// Energy over peak intensity of what the echoes are formed with: the length of a CW pulse, 1 / B
-  /// for a sweep, 1.5 / B with a Hann window.
+  /// Energy divided by peak intensity of the pulse after the matched filter: the length of a CW
+  /// pulse, 1 / B for a sweep, 1.5 / B with a Hann window.
   double effective_length_s() const;
-  /// Power of white noise after the matched filter over its spectral density, with the filter
-  /// scaled so that it does not change an echo's peak. It is 1 / length for a CW pulse and for a
-  /// sweep (B over the gain B T). For a sweep with a window w it is mean(w^2) / mean(w)^2 times as
+  /// Power of white noise after the matched filter, divided by the noise's spectral density, if the
+  /// filter does not change an echo's peak. It is 1 / length for a CW pulse and for a sweep (B
+  /// divided by the gain B T). For a sweep with a window w it is mean(w^2) / mean(w)^2 times as
   /// much: 1.5 times (1.76 dB) for Hann's.
   double noise_bandwidth_hz() const;
-  /// Amplitude over its peak, at a time from the echo's own; a sweep's lobes alternate in sign.
+  /// Amplitude divided by its peak, `time_s` after the time of the echo. The lobes of a sweep
+  /// alternate in sign.
   double amplitude(double time_s) const;
   double intensity(double time_s) const;
   /// Correlation of the amplitudes of fully developed speckle at two times this far apart: the
   /// autocorrelation of the pulse.
   double correlation(double time_s) const;
-  /// The times from the echo's own before and behind which the intensity stays below -60 dB.
+  /// The times before and after which the intensity stays below -60 dB, from the time of the echo.
   double begin_s() const;
   double end_s() const;
-  /// The time from the echo's own to the middle of its intensity.
+  /// The middle of these times.
   double middle_s() const { return 0.5 * (begin_s() + end_s()); }
   /// By how much the range of a compressed echo is too small, per m/s of closing speed of sonar and
   /// target: f T / B. The Doppler shift 2 v f / c moves a sweep of the rate B / T by the time -(2 v
@@ -55,11 +57,11 @@ struct Pulse {
   }
 };
 
-/// How a pulse spreads energy over neighbouring bins: intensity per energy of a bin; both are
-/// averages over a bin.
+/// How a pulse spreads the energy of a bin over neighbouring bins: their intensity per energy. Both
+/// are averages over a bin.
 struct PulseKernel {
-  int first = 0;  ///< the bin of weights[0]: this many bins farther (negative: nearer)
-  std::vector<double> weights;  ///< each weight is for the bin behind that of the weight before it
+  int first = 0;  ///< weights[0] is for the bin that is this many bins farther (negative: nearer)
+  std::vector<double> weights;  ///< for this bin and the bins that follow
 };
 
 /// The kernel of a pulse. The parts of the pulse below -60 dB are left out. The sum of the weights
@@ -78,10 +80,10 @@ struct SpeckleFilter {
   std::vector<float> taps;  ///< taps[d] is the weight of the bin d bins nearer
 };
 
-/// The filter of a sweep is even. That of a CW pulse is the pulse itself, a box behind the leading
-/// edge, if it is a whole number of bins long. Else it is the filter of the same number of taps
-/// with the pulse's correlation. So a bin sums as many scatterers as the pulse covers. An even
-/// filter with this correlation would not: it gives few of them most of the weight. Pulse, sound
+/// The filter of a sweep is even. The filter of a CW pulse is the pulse itself, a box behind the
+/// leading edge, if the pulse is a whole number of bins long. Otherwise it has the same number of
+/// taps and the pulse's correlation. So a bin sums as many scatterers as the pulse covers. In an
+/// even filter of this correlation, few scatterers would have most of the weight. Pulse, sound
 /// speed and bin must be positive.
 SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m);
 

@@ -9,10 +9,10 @@
 
 namespace ensonify::engine {
 
-/// Where the element of a sector looks: depressions; pi / 2 is straight down.
+/// Where the element of a sector looks. Angles are depressions: pi / 2 is straight down.
 struct Element {
   double axis_rad = 0.0;
-  double low_rad = 0.0, high_rad = 0.0;  ///< ends of the fan
+  double low_rad = 0.0, high_rad = 0.0;  ///< where the fan begins and ends
   bool operator==(const Element&) const = default;
 };
 
@@ -21,15 +21,16 @@ struct Sector {
   std::string_view name;  ///< in files and tables
   /// 1: the fan looks to the starboard of the array; -1: to its port, so that it is left-handed.
   double out = 1.0;
-  /// What its random numbers and its vertical pattern belong to: less than most_sectors, the same
-  /// whatever other sectors the sonar has, and different from theirs. 2 n and 2 n + 1 are a pair.
+  /// Selects the sector's random numbers and vertical pattern. It is less than most_sectors,
+  /// different for each sector of a sonar, and does not depend on which other sectors the sonar
+  /// has. The sectors 2 n and 2 n + 1 are a pair.
   std::size_t number = 0;
-  /// Unset: as the keys of the sonar have it, for a side. Otherwise the sonar's vertical pattern is
-  /// turned to this axis.
+  /// Unset for a side: the keys of the sonar define its fan. If set, the sonar's vertical pattern
+  /// is turned to the axis of this element.
   std::optional<Element> element = {};
 };
 
-/// The place of the sector with this name; none if there is none.
+/// The index of the sector with this name; none if no sector has this name.
 constexpr std::optional<std::size_t> place_of(std::span<const Sector> sectors,
                                               std::string_view name) {
   for (std::size_t i = 0; i < sectors.size(); ++i)

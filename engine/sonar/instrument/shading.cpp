@@ -19,7 +19,7 @@ using std::numbers::pi;
 constexpr std::size_t known_nulls = 32;  // more than a sonar's side lobes
 constexpr double farthest_x = 512.0;     // where a search for a null ends
 
-/// Level of the main lobe over that of the side lobes, as amplitudes.
+/// Amplitude of the main lobe divided by the amplitude of the side lobes.
 double lobe_ratio(double side_lobe_db) { return scatter::amplitude_from_db(-side_lobe_db); }
 
 /// A^2 of Taylor's line source.
@@ -33,7 +33,7 @@ double chebyshev_polynomial(int degree, double z) {
   return std::abs(z) <= 1.0 ? std::cos(degree * std::acos(z)) : std::cosh(degree * std::acosh(z));
 }
 
-/// Between a and b, the place where a function with one minimum there is least.
+/// Where a function is least that has one minimum between a and b.
 template <class F>
 double place_of_minimum(F&& f, double a, double b) {
   for (int i = 0; i < 50; ++i) {
@@ -79,8 +79,9 @@ Shading Shading::taylor(double side_lobe_db, int nbar) {
   return made;
 }
 
-// The sum of w_n exp(i psi (n - (N - 1) / 2)) over N elements is T(z0 cos(psi / 2)), T of degree N
-// - 1; the weights are its Fourier coefficients, from N values of psi.
+// The sum of w_n exp(i psi (n - (N - 1) / 2)) over N elements is T(z0 cos(psi / 2)), where T is the
+// Chebyshev polynomial of degree N - 1. The weights are its Fourier coefficients, from N values of
+// psi.
 Shading Shading::chebyshev(double side_lobe_db) {
   constexpr int elements = chebyshev_elements, degree = elements - 1;
   const double z0 = std::cosh(std::acosh(lobe_ratio(side_lobe_db)) / degree);
@@ -93,7 +94,7 @@ Shading Shading::chebyshev(double side_lobe_db) {
              std::cos(2.0 * pi * k * place / elements);
     weights.push_back(sum);
   }
-  for (int n = 0; n < elements / 2; ++n)  // even to the last bit
+  for (int n = 0; n < elements / 2; ++n)  // symmetric to the last bit
     weights[static_cast<std::size_t>(degree - n)] = weights[static_cast<std::size_t>(n)];
   return of_weights(weights);
 }
@@ -164,7 +165,7 @@ std::complex<double> Shading::field(double x, double nearness) const {
   // sixteenth where side lobes may be low.
   const int least = 32 + 2 * static_cast<int>(4.0 * (std::abs(nearness) + std::abs(x)));
   const int steps = uniform() ? least : whole_steps(2 * least);
-  // The two halves of the array are alike, so the sum is over u = k / steps from the middle to one
+  // Both halves of the array give the same, so the sum is over u = k / steps from the middle to one
   // end. The turns by 2 pi F u^2 and the cosines of 2 pi x u follow by recurrences.
   const int half = steps / 2;
   const double du = 1.0 / steps;

@@ -55,7 +55,8 @@ double Sonar::defocus(double at_m) const {
   return nearest;
 }
 
-// Between two zones |1 / r - 1 / z| is largest where both are equally far, in the middle by 1 / r.
+// Between two zones, |1 / r - 1 / z| is largest where it is equal for both: where 1 / r is halfway
+// between their 1 / z.
 double Sonar::most_defocused_m(double nearest_m) const {
   double worst_m = nearest_m;
   const auto include = [&](double at_m) {
@@ -70,9 +71,9 @@ double Sonar::most_defocused_m(double nearest_m) const {
   return worst_m;
 }
 
-// The nearest place of a bed is turned from straight down as the bed is from level. Two places at
-// one range lie as far from that place as each other. Turned to the other side of it, the bed needs
-// less.
+// If a bed is turned from level by an angle, its nearest place is turned from straight down by the
+// same angle. Two places of the bed at one range are at equal angles on both sides of the nearest
+// place. A bed that is turned to the other side needs a smaller fan.
 double Sonar::sector_end_rad() const {
   if (sector_high_rad) return *sector_high_rad;
   constexpr double straight_down = 90.0 * degree, turned = 10.0 * degree;

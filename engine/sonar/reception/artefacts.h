@@ -14,7 +14,7 @@ struct ArtefactOptions {
   double lost = 0.0;              ///< share of pings
   double repeated = 0.0;          ///< share of pings
   double stale_navigation = 0.0;  ///< share of the time in which the navigation repeats a report
-  double stale_s = 3.0;           ///< such a time, unless others follow it
+  double stale_s = 3.0;           ///< length of such a time; several may follow each other
   // Another sonar: a pulse at one range, which moves from ping to ping if the two sonars are not
   // synchronised.
   std::optional<double> interference_db;  ///< above the noise; unset: none
@@ -28,8 +28,8 @@ struct ArtefactOptions {
   double automatic_gain_m = 5.0;  ///< range over which it averages
   // In the water.
   double fish_per_hectare = 0.0;
-  /// Target strength of one, dB re 1 m^2. By default about that of 0.4 m from the side, from which
-  /// the echo is strongest; a round figure, not measured.
+  /// Target strength of one fish, dB re 1 m^2. The default is about the strength of a fish of 0.4 m
+  /// from the side, from which the echo is strongest; a round figure, not measured.
   double fish_strength_db = -25.0;
   double fish_length_m = 0.4;
   double fish_height_m = 4.0;     ///< greatest height above the bed
@@ -43,13 +43,13 @@ struct ArtefactOptions {
   double shimmer_s = 6.0;   ///< their period
 };
 
-/// Whether a ping is lost, or repeats the one before. The first ping does not repeat.
+/// Whether a ping is lost, or repeats the ping before. The first ping does not repeat.
 bool is_lost(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
 bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping);
-/// If the navigation is stale at this time, the time at which that began; otherwise t_s.
+/// The time at which the navigation became stale, if it is stale at t_s; otherwise t_s.
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s);
-/// The ping whose report the navigation gives at a ping: an earlier one if it is stale, at most the
-/// first. `poses` are the pings', ordered by time.
+/// The ping whose report the navigation gives at a ping: an earlier ping if the navigation is
+/// stale. `poses`: of all pings, ordered by time.
 std::size_t reporting_ping(const ArtefactOptions& options, std::uint64_t seed,
                            std::span<const Pose> poses, std::size_t ping);
 

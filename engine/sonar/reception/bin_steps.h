@@ -7,7 +7,7 @@
 
 namespace ensonify::engine {
 
-/// The next bin at which a smooth function of range is evaluated; between such bins it is
+/// The next bin at which a smooth function of range is evaluated. Between these bins it is
 /// interpolated linearly. The function has a kink at bin `first`: steps are one bin there and grow
 /// with the distance from it, up to 1/64 of the range.
 inline std::size_t next_step(std::size_t n, std::size_t first) {
@@ -33,7 +33,7 @@ void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
 /// The steps of tables over the sine of the grazing angle.
 inline constexpr std::size_t sine_steps = 1024;
 
-/// A table over the sine of the grazing angle, of equal steps from 0 to 1.
+/// The value of a table over the sine of the grazing angle, which has equal steps from 0 to 1.
 inline double at_sine(std::span<const double> table, double sine) {
   const std::size_t steps = table.size() - 1;
   const double place = sine * static_cast<double>(steps);

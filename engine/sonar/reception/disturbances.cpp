@@ -27,8 +27,8 @@ Eigen::Vector2d abeam(const LineContext& context) {
   return context.facing.out * Eigen::Vector2d(ahead.y(), -ahead.x());
 }
 
-/// From the array, horizontally, to the line in which the beam's plane cuts a level some metres
-/// above the array, where that line is nearest.
+/// The horizontal vector from the array to the line in which the beam's plane cuts the level
+/// above_m above the array, to the nearest place of that line.
 Eigen::Vector2d along_of_plane_m(const ArrayFrame& array, double above_m) {
   const double level_squared = std::max(array.axis.head<2>().squaredNorm(), 1e-12);
   return -above_m * array.axis.z() / level_squared * array.axis.head<2>();
@@ -54,16 +54,16 @@ Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& 
 
 void Disturbances::apply(const LineContext& context, std::span<float> gain, std::span<float> power,
                          Artefacts& artefacts) const {
-  for (const Effect effect : effects_) (this->*effect)(context, gain, power, artefacts);
+  for (const Effect effect : effects_) (this->*effect)(context, {gain, power, artefacts});
 }
 
-// Three waves that cross the track, port towards the array and starboard away from it. The longer
-// ones are faster, so their sum makes bands that bend, come and go. Each grows and fades over some
-// periods, and each sector has separate phases. The phase advances by a constant from step to step.
-void Disturbances::shimmer(const LineContext& context, std::span<float> gain, std::span<float>,
-                           Artefacts& artefacts) const {
-  artefacts.add(Artefact::shimmer);
-  // The bins over which it is linear, an eighth of its wave at most.
+// Three waves cross the track: on the port side towards the array, on the starboard side away from
+// it. Longer waves are faster, so their sum makes bands that bend, come and go. Each grows and
+// fades over some periods, and each sector has separate phases. The phase advances by a constant
+// from step to step.
+void Disturbances::shimmer(const LineContext& context, const Target& to) const {
+  to.artefacts.add(Artefact::shimmer);
+  // The number of bins over which the gain is linear: at most an eighth of the wavelength.
   const auto coarse =
       static_cast<std::size_t>(std::clamp(options_.shimmer_m / (8.0 * law_.bin_m()), 1.0, 16.0));
   std::array<std::complex<double>, 3> waves, turns;
@@ -83,21 +83,20 @@ void Disturbances::shimmer(const LineContext& context, std::span<float> gain, st
   }
   const auto level = [&] { return std::exp(waves[0].real() + waves[1].real() + waves[2].real()); };
   double here = level();
-  for (std::size_t n = 0; n < gain.size(); n += coarse) {
+  for (std::size_t n = 0; n < to.gain.size(); n += coarse) {
     for (std::size_t i = 0; i < waves.size(); ++i)
       waves[i] = {waves[i].real() * turns[i].real() - waves[i].imag() * turns[i].imag(),
                   waves[i].real() * turns[i].imag() + waves[i].imag() * turns[i].real()};
     const double next = level();
     const auto slope = static_cast<float>((next - here) / static_cast<double>(coarse));
-    for (std::size_t i = 0; i < coarse && n + i < gain.size(); ++i)
-      gain[n + i] *= static_cast<float>(here) + static_cast<float>(i) * slope;
+    for (std::size_t i = 0; i < coarse && n + i < to.gain.size(); ++i)
+      to.gain[n + i] *= static_cast<float>(here) + static_cast<float>(i) * slope;
     here = next;
   }
 }
 
-void Disturbances::add_interference(const LineContext& context, std::span<float>,
-                                    std::span<float> power, Artefacts& artefacts) const {
-  const double reach_m = law_.bin_m() * static_cast<double>(power.size());
+void Disturbances::add_interference(const LineContext& context, const Target& to) const {
+  const double reach_m = law_.bin_m() * static_cast<double>(to.power.size());
   double begin_m = interference_begin_m_;
   if (options_.interference_drift_m != 0.0) {  // a pulse that leaves the picture enters it again
     begin_m = std::fmod(begin_m + static_cast<double>(context.ping) * options_.interference_drift_m,
@@ -105,26 +104,25 @@ void Disturbances::add_interference(const LineContext& context, std::span<float>
     if (begin_m < 0.0) begin_m += reach_m;
   }
   if (begin_m >= reach_m) return;  // behind what this sonar records
-  artefacts.add(Artefact::interference);
+  to.artefacts.add(Artefact::interference);
   const auto first = static_cast<std::size_t>(begin_m / law_.bin_m());
   const std::size_t bins = std::max<std::size_t>(
       1, static_cast<std::size_t>(std::lround(options_.interference_length_m / law_.bin_m())));
   const double level = noise_(context.speed_mps) * scatter::from_db(*options_.interference_db);
-  for (std::size_t n = first; n < std::min(first + bins, power.size()); ++n)
-    power[n] += static_cast<float>(level);
+  for (std::size_t n = first; n < std::min(first + bins, to.power.size()); ++n)
+    to.power[n] += static_cast<float>(level);
 }
 
 // Bubbles at the surface along a ship's track. A bin receives a strip of them, as in
 // OtherPaths::add_surface; their strength falls to both sides as a Gaussian, whose integral over
 // the strip is a difference of error functions.
-void Disturbances::add_wake(const LineContext& context, std::span<float>, std::span<float> power,
-                            Artefacts& artefacts) const {
+void Disturbances::add_wake(const LineContext& context, const Target& to) const {
   const BeamPlane plane(context);
   const double depth_m = plane.slant_m(context.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
-  // Where the beam's plane meets the surface: ahead, if the bow is down.
+  // Where the beam's plane meets the surface: ahead of the array if the bow is down.
   const Eigen::Vector2d below_m =
       context.array.origin.head<2>() + along_of_plane_m(context.array, context.depth_m());
   const double from_line_m = across.dot(below_m) - options_.wake_offset_m;
@@ -153,38 +151,37 @@ void Disturbances::add_wake(const LineContext& context, std::span<float>, std::s
   };
   const double first =
       range_per_m * std::max(std::hypot(near_m, depth_m) - length_m, 0.0) / law_.bin_m();
-  if (!(far_m > 0.0 && first < static_cast<double>(power.size()))) return;
-  for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
+  if (!(far_m > 0.0 && first < static_cast<double>(to.power.size()))) return;
+  for (auto n = static_cast<std::size_t>(first); n < to.power.size(); ++n) {
     const double cell_m = law_.cell_middle_m(n) / range_per_m;
     const double begin_m = std::max(over_m(std::max(cell_m - 0.5 * length_m, 0.0)), near_m),
                  end_m = std::min(over_m(cell_m + 0.5 * length_m), far_m);
     if (begin_m > far_m) break;
     if (!(end_m > begin_m)) continue;
     const double middle_m = 0.5 * (begin_m + end_m), range_m = std::hypot(middle_m, depth_m);
-    power[n] += static_cast<float>(
+    to.power[n] += static_cast<float>(
         context.beam_share(n) * law_.per_m2_at(range_m) * strength * gaussian_m(begin_m, end_m) *
         plane.slant_m(law_.width_m_at(range_m)) * law_.cell_m() / (range_per_m * length_m) *
         law_.two_way(plane, range_m, middle_m, -depth_m));
-    artefacts.add(Artefact::wake);
+    to.artefacts.add(Artefact::wake);
   }
 }
 
 // Fish stay in their cells of the ground, at heights above the bed's height below the sonar.
-void Disturbances::add_fish(const LineContext& context, std::span<float> gain,
-                            std::span<float> power, Artefacts& artefacts) const {
-  const double reach_m = law_.bin_m() * static_cast<double>(power.size());
+void Disturbances::add_fish(const LineContext& context, const Target& to) const {
+  const double reach_m = law_.bin_m() * static_cast<double>(to.power.size());
   const Eigen::Vector2d out = abeam(context), ahead{-out.y(), out.x()};
   const Eigen::Vector2d here = context.array.origin.head<2>(), there = here + reach_m * out;
   // No fish swims above the mean sea surface.
   const double highest_m =
       std::clamp(context.altitude_m - context.array.origin.z(), 0.0, options_.fish_height_m);
-  // How far ahead the beam's plane is at the heights of fish, and half its width.
+  // How far ahead the beam's plane is at a height above the array.
   const auto plane_m = [&](double above_m) {
     return std::clamp(ahead.dot(along_of_plane_m(context.array, above_m)), -reach_m, reach_m);
   };
   const double bed_m = plane_m(-context.altitude_m),
                top_m = plane_m(highest_m - context.altitude_m);
-  const double wide_m = law_.width_m(power.size() - 1) + options_.fish_length_m;
+  const double wide_m = law_.width_m(to.power.size() - 1) + options_.fish_length_m;
   const double min_ahead_m = std::min(bed_m, top_m) - wide_m,
                max_ahead_m = std::max(bed_m, top_m) + wide_m;
   Eigen::Array2d low = here.array().min(there.array()), high = here.array().max(there.array());
@@ -218,48 +215,50 @@ void Disturbances::add_fish(const LineContext& context, std::span<float> gain,
                                     (static_cast<double>(j) + random[3 * k + 1]) * fish_cell_m,
                                     context.array.origin.z() - context.altitude_m + over_bed_m};
         const Eigen::Vector3d from_array = place - context.array.origin;
-        if (from_array.head<2>().dot(out) > 0.0)
-          add_one_fish(context, from_array, over_bed_m, gain, power, artefacts);
+        if (from_array.head<2>().dot(out) > 0.0) add_one_fish(context, from_array, over_bed_m, to);
       }
     }
 }
 
 void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3d& from_array,
-                                double over_bed_m, std::span<float> gain, std::span<float> power,
-                                Artefacts& artefacts) const {
-  // As in a water of one sound speed; its shadow on the bed is as much farther, or nearer.
+                                double over_bed_m, const Target& to) const {
+  // Range as in water of one sound speed. The range of the fish's shadow on the bed is scaled in
+  // the same way.
   const double per_m = from_array.z() > 0.0 ? context.range_per_m_up : context.range_per_m_down;
   const double range_m = per_m * from_array.norm();
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
-  if (bin >= power.size()) return;
+  if (bin >= to.power.size()) return;
   const BeamPlane plane(context);
   const Eigen::Vector3d to_side = context.facing.out * context.array.down.cross(context.array.axis);
   const double abeam = from_array.dot(to_side), down = from_array.dot(context.array.down);
   const double level_m = abeam * plane.cos_roll_tilt - down * plane.sin_roll_tilt,
                below_m = down * plane.cos_roll_tilt + abeam * plane.sin_roll_tilt;
-  // The beam of a receiver that has moved lies halfway between the transmitter's and its own.
+  // The two-way beam lies halfway between the beams of the transmitter and of the receiver that has
+  // moved.
   const double from_beam_m =
       from_array.dot(context.array.axis) + 0.5 * range_m * plane.shift(level_m, below_m);
-  const auto beam_share = [&](double along_m) {  // on that length of the fish, about its middle
+  // The beam's share on this length of the fish, around the middle of the fish.
+  const auto beam_share = [&](double along_m) {
     return law_.width_share(bin, from_beam_m - 0.5 * along_m, from_beam_m + 0.5 * along_m);
   };
   const double share = beam_share(options_.fish_length_m);
   if (!(share > 0.0)) return;
-  artefacts.add(Artefact::fish);
+  to.artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
   const double thick_m = fish_height_share * options_.fish_length_m;
-  // The fish scatters evenly along its length. The energy of a cell, spread over the bins that the
-  // fish or the cell fills.
+  // The fish scatters evenly along its length. The energy of a cell is spread over the bins that
+  // the fish or the cell fills.
   const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
   const double echo = context.beam_share(bin) * law_.per_m2(bin) *
                       scatter::from_db(options_.fish_strength_db) * share * law_.width_m(bin) /
                       options_.fish_length_m * law_.two_way(plane, range_m, level_m, below_m) *
                       law_.cell_m() / law_.bin_m() / static_cast<double>(bins);
-  for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
-    power[n] += static_cast<float>(echo);
+  for (std::size_t n = bin; n < std::min(bin + bins, to.power.size()); ++n)
+    to.power[n] += static_cast<float>(echo);
 
   // The shadow lies where lines of sight through the fish, an ellipse, meet the bed. Diffraction
-  // blurs it over a Fresnel zone, and makes it as much weaker as it is higher.
+  // blurs the shadow over a Fresnel zone, and makes it weaker by the factor by which it becomes
+  // higher.
   const double h = context.altitude_m;
   const auto shadow_m = [&](double height_m) {
     if (height_m >= h) return std::numeric_limits<double>::infinity();
@@ -267,19 +266,19 @@ void Disturbances::add_one_fish(const LineContext& context, const Eigen::Vector3
   };
   const double away_m = from_array.norm(), bed_m = shadow_m(over_bed_m);
   const double bed_bin_m = law_.bin_m() / context.range_per_m_down;
-  if (!(bed_m < bed_bin_m * static_cast<double>(gain.size()))) return;
+  if (!(bed_m < bed_bin_m * static_cast<double>(to.gain.size()))) return;
   const double zone_m = std::sqrt(law_.wavelength_m() * away_m * (bed_m - away_m) / bed_m);
   const double half_m = 0.5 * std::hypot(thick_m, zone_m);
   const double darkest = 0.5 * thick_m / half_m;
   const auto first = static_cast<std::size_t>(shadow_m(over_bed_m - half_m) / bed_bin_m);
   const double last_m = shadow_m(over_bed_m + half_m);
-  for (std::size_t n = first; n < gain.size(); ++n) {
+  for (std::size_t n = first; n < to.gain.size(); ++n) {
     const double bin_middle_m = (static_cast<double>(n) + 0.5) * bed_bin_m;
     if (bin_middle_m > last_m) break;
     const double ground_m = std::sqrt(std::max(bin_middle_m * bin_middle_m - h * h, 1e-9));
     const double off = (h * (1.0 - over_m / ground_m) - over_bed_m) / half_m;
     const double across = std::sqrt(std::max(1.0 - off * off, 0.0));
-    gain[n] *= static_cast<float>(1.0 - darkest * beam_share(options_.fish_length_m * across));
+    to.gain[n] *= static_cast<float>(1.0 - darkest * beam_share(options_.fish_length_m * across));
   }
 }
 

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -39,13 +38,13 @@ DoubleBounce::DoubleBounce(const SonarEquation& law, const LevelBed& bed, const 
       pulse_(std::move(pulse)),
       k_per_cm_(bed.sediment ? bed.relief_k_per_cm(law) : 0.0) {}
 
-/// The sound of the array as a wall mirrors it onto a line of the bed along the track, and the
-/// array that receives it from there. Distances from the middles of both beams.
+/// The sound of the array that a wall mirrors onto a line of the bed along the track, and the array
+/// that receives it from there. Distances are from the middles of both beams.
 struct DoubleBounce::MirroredBeam {
   double image_m, receiver_m;  // from the array's image and from the array to the line
-  double begin_m, end_m;       // between which the image is seen through the wall
+  double begin_m, end_m;       // part of the line to which the wall mirrors the image
   double shift_m;              // from the image's middle to the receiver's
-  double blur_m;               // rms
+  double blur_m;               // rms blur of the image along the line
 };
 
 /// The integral along the line of both one-way patterns.
@@ -55,7 +54,8 @@ double DoubleBounce::mirrored_m(const MirroredBeam& beam) const {
   const double begin_m = std::max(beam.begin_m, -image_reach_m);
   const double step_m = (std::min(beam.end_m, image_reach_m) - begin_m) / steps;
   if (!(step_m > 0.0)) return 0.0;
-  // The receiver's beam, blurred: a Gaussian with the beam's integral and peak, widened.
+  // The blurred beam of the receiver: a Gaussian with the integral and peak of the beam, then
+  // widened.
   const double peak = beams_.power(OneWayBeams::receiver, beam.receiver_m, 0.0);
   double width_m = 0.0;
   const double reach_m = beams_.main_m(beam.receiver_m), cell_m = 2.0 * reach_m / steps;
@@ -79,7 +79,7 @@ double DoubleBounce::mirrored_m(const MirroredBeam& beam) const {
   return sum * step_m;
 }
 
-/// A wall in relation to the bed before it, by the distance abeam x and the height z above the bed.
+/// A wall and the bed in front of it. x: distance abeam, z: height above the bed.
 struct DoubleBounce::WallOverBed {
   const WallFacet& facet;
   double x_m;                      // of the wall
@@ -87,7 +87,7 @@ struct DoubleBounce::WallOverBed {
   double low_m, high_m;            // of the wall
   double begin_m, end_m;           // along the track, from the beam's middle
   double turned_rad, upwards_rad;  // of its normal
-  std::size_t bed_bin;             // the last bin of bed before the wall's
+  std::size_t bed_bin;             // the last bin of bed in front of the wall's bin
 
   static constexpr double lowest_rad = 0.01;  // of sound that reaches the bed after the wall
 
@@ -108,7 +108,7 @@ struct DoubleBounce::WallOverBed {
   }
 };
 
-/// None if the wall sends the sound away from the array, or has no bed before it.
+/// None if the wall sends the sound away from the array, or has no bed in front of it.
 std::optional<DoubleBounce::WallOverBed> DoubleBounce::wall_over_bed(const LineContext& context,
                                                                      const EchoLine& line,
                                                                      const WallFacet& wall) const {
@@ -147,28 +147,28 @@ std::optional<DoubleBounce::WallOverBed> DoubleBounce::wall_over_bed(const LineC
                      .bed_bin = bed};
 }
 
-// A wall mirrors the array: the bed before it receives sound from an image of the array behind the
-// wall, through the window that the wall is. For each place of the bed the path array - wall - bed
-// - array is nearly as long as that to the wall's foot and back, if the wall is upright. In the
-// direction abeam let the wall be at the distance x, the array H above the bed, and the normal of
-// the wall turned away from the array by the angle a, to the side, and by t, upwards. Sound that
-// meets the wall z above the bed, at the depression g, tan g = (H - z) / x, leaves it at the
-// depression g' = g - 2 t and meets the bed z / tan g' before the wall, turned by 2 a to the side.
-// From there the array receives it with its own beam. If the wall is wide, upright and faces the
-// sonar, the two beams, from the image and from the array, overlap. If the wall is oblique, they
-// separate, more so farther from the wall. If it is narrow, the image is seen in a part of its beam
-// only. Along the track the image is blurred by the inclinations of the wall's surface, with the
-// rms slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda)
-// has the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
+// A wall mirrors the array: the bed in front of the wall receives sound from an image of the array
+// behind the wall. The wall acts as a window for this sound. If the wall is upright, the path array
+// - wall - bed - array is nearly as long for each place of the bed as the path to the wall's foot
+// and back. In the direction abeam let the wall be at the distance x, the array H above the bed,
+// and the normal of the wall turned away from the array by the angle a, to the side, and by t,
+// upwards. Sound that meets the wall z above the bed, at the depression g, tan g = (H - z) / x,
+// leaves it at the depression g' = g - 2 t and meets the bed z / tan g' before the wall, turned by
+// 2 a to the side. From there the array receives it. If the wall is wide, upright and faces the
+// sonar, the beams of the image and of the array overlap. If the wall is oblique, they separate,
+// and more so farther from the wall. If the wall is narrow, only a part of the image's beam passes
+// it. Along the track the image is blurred by the inclinations of the wall's surface, with the rms
+// slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda) has
+// the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
 //
 // Seen from the bed, sound from the wall continues forwards, near the specular direction, turned by
 // 2 a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as in a
-// multiple. For each place the paths in both directions are equally long and alike, so that their
-// amplitudes add: four times the energy of one. Left out: rough walls that send sound up or farther
-// down than smooth ones.
+// multiple. For each place the paths in both directions are equal, so their amplitudes add:
+// together they have four times the energy of one path. Left out: rough walls that send sound up or
+// farther down than smooth ones.
 //
-// The bed that the wall mirrors must be seen: before a deck house there is the deck, and behind a
-// hull the bed lies in its shadow.
+// The bed that the wall mirrors must be seen: in front of a deck house is the deck, and behind a
+// hull the bed lies in shadow.
 void DoubleBounce::add(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
                        std::span<const float> direct, std::span<float> power,
                        std::vector<double>& energies) const {
@@ -177,7 +177,8 @@ void DoubleBounce::add(const LineContext& context, const EchoLine& line, const B
   for (const WallFacet& facet : line.walls)
     if (const std::optional<WallOverBed> wall = wall_over_bed(context, line, facet))
       add_wall(context, line, *wall, plane, direct, energies);
-  // Through the same pulse as the direct echo, which is in the energies already.
+  // The energies contain the sum of the pulse already, because they come from the direct echo. Only
+  // its shape is applied.
   const double all = std::accumulate(pulse_.weights.begin(), pulse_.weights.end(), 0.0);
   for (std::size_t from = 0; from < energies.size(); ++from)
     for (std::size_t i = 0; energies[from] > 0.0 && i < pulse_.weights.size(); ++i) {
@@ -188,8 +189,8 @@ void DoubleBounce::add(const LineContext& context, const EchoLine& line, const B
     }
 }
 
-/// Whether the array sees the bed at that range, before_m before the wall. The upper parts of the
-/// wall may be as near as the bed and outshine it, but nothing else may.
+/// Whether the array sees the bed at that range, before_m in front of the wall. Only the upper
+/// parts of the wall may be at that range as well, with a stronger echo than the bed.
 bool DoubleBounce::sees_bed(const LineContext& context, const BinLayers& bins,
                             const WallOverBed& wall, double range_m, double before_m) const {
   const auto bin = static_cast<std::size_t>(range_m / bin_length_m(context));
@@ -254,7 +255,7 @@ void DoubleBounce::add_wall(const LineContext& context, const EchoLine& line,
     const auto own_bin = static_cast<std::size_t>(range_m / bin_m);
     const std::size_t bin = std::min(own_bin, wall.bed_bin);
     double bed = double(direct[bin]);
-    // Nearer to the wall, the wall is in the direct echo too: there a level bed goes on.
+    // Near the wall, the direct echo contains the wall, too. There the bed is continued as level.
     if (bin < own_bin && bed > 0.0) {
       const double there = level_bed(law_.cell_middle_m(bin) / context.range_per_m_down);
       bed = there > 0.0 ? bed * level_bed(range_m) / there : 0.0;

@@ -4,24 +4,20 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/instrument/pulse.h>
-#include <ensonify/engine/sonar/reception/level_bed.h>
-#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/sonar_equation.h>
 
 namespace ensonify::engine {
 
-/// Echoes that both a wall and the bed before it reflect.
+/// Echoes that both a wall and the bed in front of it reflect.
 class DoubleBounce {
  public:
   /// The sonar equation, the bed and the beams must outlive this.
   DoubleBounce(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
                PulseKernel pulse);
 
-  /// Adds those of the line's walls to the intensity `power` in each bin, from the direct echo of
-  /// each bin. `energies` is working memory.
+  /// Adds the echoes of the line's walls to the intensity `power` in each bin, computed from the
+  /// direct echo of each bin. `energies`: working memory.
   void add(const LineContext& context, const EchoLine& line, const BeamPlane& plane,
            std::span<const float> direct, std::span<float> power,
            std::vector<double>& energies) const;
@@ -37,7 +33,7 @@ class DoubleBounce {
                 const BeamPlane& plane, std::span<const float> direct,
                 std::span<double> energies) const;
   double mirrored_m(const MirroredBeam& beam) const;
-  /// Metres of a way down to the bed in one bin.
+  /// The metres of a way down to the bed that are one bin of range.
   double bin_length_m(const LineContext& context) const {
     return law_.bin_m() / context.range_per_m_down;
   }
@@ -46,7 +42,7 @@ class DoubleBounce {
   const LevelBed& bed_;
   const OneWayBeams& beams_;
   PulseKernel pulse_;
-  double k_per_cm_;  // of the sediment's relief
+  double k_per_cm_;  // wavenumber of the sediment's relief
 };
 
 }  // namespace ensonify::engine

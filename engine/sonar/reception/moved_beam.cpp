@@ -1,19 +1,9 @@
 #include <ensonify/engine/sonar/reception/moved_beam.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace ensonify::engine {
-namespace {
-
-Sonar all_round(Sonar sonar) {  // the vertical pattern does not matter
-  sonar.vertical = {};
-  sonar.vertical.beamwidth_rad = 0.0;
-  return sonar;
-}
-
-}  // namespace
 
 MovedBeam::MovedBeam(const Sonar& sonar, double wavelength_m)
     : sonar_(sonar),
@@ -41,7 +31,11 @@ double MovedBeam::lobes_rad(const LineArray& array, double defocus, double range
   return array.null_rad(sonar_.side_lobes + 1) + 0.5 * array.length_m * std::abs(defocus) / range_m;
 }
 
-Beam MovedBeam::beam(double ahead_m) const { return {all_round(sonar_), wavelength_m_, ahead_m}; }
+Beam MovedBeam::beam(double ahead_m) const {
+  Sonar all_round = sonar_;
+  all_round.vertical = {.beamwidth_rad = 0.0};  // the vertical pattern does not matter
+  return {all_round, wavelength_m_, ahead_m};
+}
 
 double MovedBeam::summed_share(double range_m, double shift, const Beam& beam,
                                double ahead_m) const {

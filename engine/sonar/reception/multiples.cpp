@@ -8,15 +8,6 @@
 #include <ensonify/scatter/reflection.h>
 
 namespace ensonify::engine {
-namespace {
-
-/// A direct echo of less than -2900 dB, which the water has absorbed, is none: its quotients would
-/// be no numbers.
-constexpr double least_direct = 1e-290;
-
-constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
-
-}  // namespace
 
 Multiples::Multiples(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
                      double wind_mps, std::optional<double> bottom_loss_db)
@@ -27,6 +18,7 @@ Multiples::Multiples(const SonarEquation& law, const LevelBed& bed, const OneWay
       // A calm sea is a mirror; the report has no slopes below 1 m/s.
       surface_slope_(std::min(wind_mps, 1.0) * std::sqrt(0.5 * scatter::facet_slope2(surface_))),
       bed_slope_(bed.sediment ? scatter::rms_slope(*bed.sediment, bed.relief_k_per_cm(law)) : 0.0) {
+  constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
   for (std::size_t i = 0; i <= sine_steps; ++i) {
     const double loss_db = bottom_loss_db ? *bottom_loss_db
                            : bed.sediment
@@ -37,9 +29,9 @@ Multiples::Multiples(const SonarEquation& law, const LevelBed& bed, const OneWay
   }
 }
 
-// Sums of the direct energy up to each bin, for a sonar at rest and without the vertical pattern of
-// the direct path. Where that pattern suppresses the bed, the bins hold little more than side lobes
-// of the pulse; there the bed is taken as level.
+// Sums of the direct energy up to each bin, divided by the two-way pattern of the direct path.
+// Where this pattern suppresses the bed, the bins contain little more than side lobes of the pulse,
+// and the echo of a level bed is taken instead.
 void Multiples::sum_bed(double slant_m, const BeamPlane& plane, std::span<const float> direct,
                         std::vector<double>& sums) const {
   constexpr double hidden = 1e-5;  // two-way pattern
@@ -75,22 +67,23 @@ void Multiples::sum_bed(double slant_m, const BeamPlane& plane, std::span<const 
 // it, 3 h + 2 d if bed and surface reflect it. Let two legs of lengths r and r' have the extents a
 // and b and the same horizontal distance: then r'^2 - r^2 = b^2 - a^2, and the echo appears at the
 // range (r + r') / 2. A leg that the surface reflects meets the surface once, at the grazing angle
-// asin(a / r), and passes through the bubbles there. Where the direct echo has the bed's strength
-// at one grazing angle, s(g), this echo has it at two, by sqrt(s(g) s(g')). It is the same both
-// ways, and for Lambert's law it is mu sin g sin g' (Ellis and Crowe, JASA 89, 2207, 1991). Along
-// the track the beam is as wide as the legs' patterns overlap. The plane abeam of
-// an array with the pitch p is inclined: in it these extents are longer by 1 / cos p, and a leg
-// meets the bed ahead of the array by sin p of its extent if it leaves downwards, or astern by as
-// much if it leaves upwards. The leg back meets it where the receiver looks when the echo is back.
+// asin(a / r), and passes through the bubbles there. The direct echo has the bed's strength at one
+// grazing angle, s(g). This echo has two grazing angles, and the strength sqrt(s(g) s(g')). It is
+// the same in both directions, and for Lambert's law it is mu sin g sin g' (Ellis and Crowe, JASA
+// 89, 2207, 1991). Along the track the beam is as wide as the overlap of the legs' patterns. The
+// plane abeam of an array with the pitch p is inclined. In this plane the extents are longer by the
+// factor 1 / cos p. A leg that leaves the array downwards meets the bed ahead of the array by sin p
+// times its extent, and a leg that leaves upwards meets it as far astern. The leg back meets it
+// where the receiver looks when the echo is back.
 //
-// The relief of surface and bed spreads what they reflect; nothing of it is coherent at these
-// frequencies. A facet that is inclined along the track by t turns a leg with the grazing angle g
-// by 2 t sin g. At the bed, this moves the leg along the track by as much times the length of the
-// leg, times the share of it that lies between the bed and the reflection. A beam that is narrow
-// along the track receives less of it.
+// The relief of surface and bed spreads the sound that they reflect; none of it is coherent at
+// these frequencies. A facet that is inclined along the track by t turns a leg with the grazing
+// angle g by 2 t sin g. At the bed, this moves the leg along the track by that angle times the
+// length of the leg, times the share of the leg between the bed and the reflection. A beam that is
+// narrow along the track then receives less.
 struct Multiples::Path {
   double out_height_m, back_height_m;  // extents of the leg out and the leg back in the plane
-  double count;                        // 2: the leg out and the leg back can be exchanged
+  double count;                        // 2: the legs out and back can be exchanged
   bool up_out, up_back;            // whether the leg out and the leg back leave the array upwards
   bool off_bed;                    // whether the bed reflects the leg back
   double out_spread, back_spread;  // along the track at the bed, over a leg's length and sin g
@@ -99,10 +92,10 @@ struct Multiples::Path {
 /// The direct echo of the place that a path by the surface comes from.
 struct Multiples::Source {
   double range_m;
-  double gain;  // of the other path's energy over the direct echo's
+  double gain;  // energy of the other path, divided by the energy of the direct echo
 };
 
-/// For the range at which the path's echo appears. bed_m: the bed's distance in the plane.
+/// The source of the path's echo at a range. bed_m: the bed's distance in the plane.
 Multiples::Source Multiples::source_of(const Path& path, double apparent_m, double bed_m,
                                        const BeamPlane& plane) const {
   const double difference =
@@ -120,8 +113,8 @@ Multiples::Source Multiples::source_of(const Path& path, double apparent_m, doub
   const double back_sine = plane.cos_pitch * path.back_height_m / back;
   const double spread_m =
       std::hypot(path.out_spread * out_sine * out, path.back_spread * back_sine * back);
-  // Both vertical patterns, and the overlap along the track, of sound that goes out by one leg and
-  // comes back by the other.
+  // Both vertical patterns, times the overlap along the track, for sound that goes out by one leg
+  // and comes back by the other leg.
   const auto beams = [&](double leg_m, double down, double other_m, double other_down) {
     const double shift_m = apparent_m * (horizontal * plane.turn_level_per_m +
                                          other_down * plane.turn_down_per_m - plane.drift_along);
@@ -133,8 +126,11 @@ Multiples::Source Multiples::source_of(const Path& path, double apparent_m, doub
   double both = beams(out, out_down, back, back_down);
   if (path.count > 1.0 && !plane.at_rest())
     both = 0.5 * (both + beams(back, back_down, out, out_down));
-  // Spreading and absorption of the legs relative to those of the direct path.
+  // Spreading and absorption of the legs, divided by those of the direct path.
   const double direct = law_.per_m2_at(r);
+  // A direct echo of less than -2900 dB, because water has absorbed it, counts as none: quotients
+  // with it would not be numbers.
+  constexpr double least_direct = 1e-290;
   if (!(direct > least_direct)) return {r, 0.0};
   const double strengths = bed_.strength_at(out_sine) * bed_.strength_at(back_sine);
   double gain = path.count * both *
@@ -163,8 +159,8 @@ void Multiples::add(double depth_m, double altitude_m, const BeamPlane& plane,
     return sums[bin] + (place - static_cast<double>(bin)) * (sums[bin + 1] - sums[bin]);
   };
   const double by_surface = h + 2.0 * d, by_bed = 3.0 * h + 2.0 * d;
-  // From the bed to the surface a leg has (h + d) of its extent; to a reflection by the bed, twice
-  // that.
+  // From the bed to the surface a leg has (h + d) of its extent, and to a reflection by the bed
+  // twice as much.
   const double surface_spread = 2.0 * surface_slope_ * (h + d) / by_surface;
   const double bed_spread = 2.0 * (h + d) / by_bed * std::hypot(surface_slope_, 2.0 * bed_slope_);
   const Path paths[] = {

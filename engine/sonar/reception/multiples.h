@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/reception/level_bed.h>
 #include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/sonar_equation.h>
 #include <ensonify/scatter/surface_scatter.h>
@@ -14,13 +13,13 @@ namespace ensonify::engine {
 /// Echoes of the bed by way of the sea surface, which is a plane, and of the bed once more.
 class Multiples {
  public:
-  /// The sonar equation, the bed and the beams must outlive this. bottom_loss_db: of a reflection
-  /// by the bed; unset: as its sediment has it.
+  /// The sonar equation, the bed and the beams must outlive this. bottom_loss_db: loss of a
+  /// reflection by the bed; unset: the loss of the bed's sediment.
   Multiples(const SonarEquation& law, const LevelBed& bed, const OneWayBeams& beams,
             double wind_mps, std::optional<double> bottom_loss_db);
 
-  /// Adds them to the intensity `power` in each bin, from the direct echo of each bin. Depth and
-  /// altitude in ranges. `sums` is working memory.
+  /// Adds the multiples to the intensity `power` in each bin, computed from the direct echo of each
+  /// bin. Depth and altitude are ranges. `sums`: working memory.
   void add(double depth_m, double altitude_m, const BeamPlane& plane, std::span<const float> direct,
            std::span<float> power, std::vector<double>& sums) const;
 

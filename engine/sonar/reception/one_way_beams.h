@@ -20,15 +20,16 @@ class OneWayBeams {
 
   /// At a distance along the track from the beam's middle; 0 beyond the eighth null.
   double power(Array array, double range_m, double along_m) const;
-  /// The distance from the middle within which nearly all of that power is: the second null, and
-  /// half the array's length where it is out of focus.
+  /// The distance from the middle within which nearly all of that power is: to the second null,
+  /// plus half the array's length times its defocus.
   double main_m(double range_m) const;
   /// How widely the beams of two legs of these lengths overlap: the integral along the track of
-  /// transmitter times receiver, the mean of both cases of which leg is the way out. apart_m: from
-  /// the middle of one beam to that of the other.
+  /// transmitter times receiver. It is the mean of two cases: each leg may be the way out. apart_m:
+  /// distance between the middles of the beams.
   double overlap_m(double leg_m, double other_m, double apart_m = 0.0) const;
-  /// The same if rough surfaces on the way spread the sound along the track, with this standard
-  /// deviation: right for little and for much spread; between them, beams are taken as Gaussian.
+  /// The overlap if rough surfaces on the way spread the sound along the track with the standard
+  /// deviation spread_m. It is right for little and for much spread; in between, beams are taken as
+  /// Gaussian.
   double spread_overlap_m(double leg_m, double other_m, double apart_m, double spread_m) const;
 
  private:

@@ -1,6 +1,5 @@
 #include <ensonify/engine/sonar/reception/other_paths.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,21 +16,21 @@ using scatter::GammaTable;
 using std::numbers::pi;
 
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
-constexpr int max_pings_back = 8;           // whose echoes are added
-constexpr int directions_of_volume = 4;     // to the side, of a sonar that turns
-constexpr double inaudible = 1e-3;          // over the noise
+constexpr int max_pings_back = 8;           // earlier pings whose echoes are added
+constexpr int directions_of_volume = 4;     // into which the beam is divided, if the sonar turns
+constexpr double inaudible = 1e-3;          // share of the noise that is not noticed
 constexpr double strip_part_rad = 0.03;     // half of a calm sea's rms slope
 constexpr std::size_t max_beam_parts = 32;  // along the track, for the sea surface
 
-/// The part of a level plane between two ranges: horizontal distances from below or above the
-/// array, in the plane abeam, where the level plane is `slant_m` away.
+/// The part of a horizontal plane (the bed or the surface) between two ranges. `near_m` and `far_m`
+/// are horizontal distances in the plane abeam, from its nearest place, which is `slant_m` away.
 struct Strip {
   double slant_m, near_m, far_m;
   Strip(double slant_m, double from_m, double to_m)
       : slant_m(slant_m), near_m(horizontal_m(from_m)), far_m(horizontal_m(to_m)) {}
 
   /// Integral of at(horizontal_m, range_m) over the strip, in parts that are seen under small
-  /// angles: near the vertical one cell receives from all of them.
+  /// angles, because near the vertical one cell receives from a large range of angles.
   template <class At>
   double sum(At&& at) const {
     if (!(far_m > near_m)) return 0.0;
@@ -56,12 +55,6 @@ struct Strip {
 
 double farthest_earlier_m(const Sonar& sonar, double ping_m) {
   return sonar.range_m + max_pings_back * ping_m;
-}
-
-std::vector<VerticalSum> VerticalSum::of(const SonarEquation& law, std::size_t sectors) {
-  std::vector<VerticalSum> sums;
-  for (std::size_t sector = 0; sector < sectors; ++sector) sums.emplace_back(law, sector);
-  return sums;
 }
 
 VerticalSum::VerticalSum(const SonarEquation& law, std::size_t sector) : sums_{0.0} {
@@ -89,9 +82,10 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
       bed_(bed),
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
-      seed_(seed.value_or(0)),
-      vertical_sums_(VerticalSum::of(law, sonar.sectors().size())) {
-  // A leg is shorter than both together, which are twice the echo's range.
+      seed_(seed.value_or(0)) {
+  for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector)
+    vertical_sums_.emplace_back(law, sector);
+  // A leg is shorter than both legs together, which are twice the echo's range.
   if (options.multiples || options.double_bounce)
     beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
   if (options.multiples)
@@ -128,12 +122,11 @@ void OtherPaths::add(const LineContext& context, const EchoLine& line,
   if (double_bounce_) double_bounce_->add(context, line, plane, direct, power, sums);
 }
 
-// A bin receives from the ranges where its cell begins and ends, or from the bin itself if that is
-// longer.
+// The length over which a bin receives: its range cell, or the bin itself if that is longer.
 double OtherPaths::received_m() const { return std::max(law_.cell_m(), law_.bin_m()); }
 
-// The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on:
-// of one strip of the bed, on the side that the array looks to.
+// At r, the ping before adds the echo from r + c P / 2, the second ping before the echo from r + c
+// P, and so on. Each comes from one strip of the bed, in the sector's direction.
 void OtherPaths::add_earlier_pings(const LineContext& context, const BeamPlane& plane,
                                    std::span<float> power) const {
   const double altitude_m = context.altitude_m, per_m = context.range_per_m_down;
@@ -163,8 +156,8 @@ void OtherPaths::add_earlier_pings(const LineContext& context, const BeamPlane& 
     if (!(first < static_cast<double>(power.size()))) continue;
     auto begin = static_cast<std::size_t>(first);
     while (begin > 0 && strip(begin - 1).far_m > 0.0) --begin;
-    // No cell receives more than one that begins at the first range would on the beam's axis. If
-    // that is far below the noise, so are all cells of this ping, and of those before it.
+    // No cell receives more than a cell that begins at the first range and lies on the beam's axis.
+    // If this is far below the noise, so are all cells of this ping and of earlier pings.
     const double nearest_m =
         std::max(slant_m, (law_.cell_middle_m(begin) + before_m) / per_m - 0.5 * length_m);
     const Strip longest(slant_m, nearest_m, nearest_m + length_m);
@@ -175,21 +168,22 @@ void OtherPaths::add_earlier_pings(const LineContext& context, const BeamPlane& 
   }
 }
 
-/// A part of the beam along the track: the distance of the line in which it meets the sea surface,
-/// and its share of the two-way power.
+/// A part of the beam along the track: the distance of the line in which this part meets the sea
+/// surface, and its share of the two-way power.
 struct OtherPaths::BeamPart {
   double slant_m, share;
 };
 
-// The edge of a pitched array's beam that is nearer to the vertical meets the surface first. The
-// lobe of a calm sea is so narrow that it returns several times as much there as in the middle.
+// The beam of a pitched array meets the surface first with its edge that is nearer to the vertical.
+// The lobe of a calm sea is so narrow that it returns several times as much at this edge as in the
+// middle of the beam.
 std::span<const OtherPaths::BeamPart> OtherPaths::beam_parts(const BeamPlane& plane, double depth_m,
                                                              std::span<BeamPart> room) const {
   const double slant_m = plane.slant_m(depth_m), cos_pitch = std::max(plane.cos_pitch, 1e-6);
   const double tan_pitch = plane.sin_pitch / cos_pitch;
   room[0] = {slant_m, 1.0};
   if (!(depth_m > 0.0)) return room.first(1);
-  const double half_m = 2.0 * law_.width_m_at(slant_m);  // more than the beam has to either side
+  const double half_m = 2.0 * law_.width_m_at(slant_m);  // the beam reaches less far to either side
   // By how much the exponent of the lobe, -tan^2 / slope2, changes over the beam.
   const double exponent_change =
       4.0 * half_m * std::abs(tan_pitch) / (cos_pitch * depth_m * scatter::facet_slope2(surface_));
@@ -246,9 +240,9 @@ void OtherPaths::add_surface(const LineContext& context, const BeamPlane& plane,
             [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
 }
 
-// A bin receives a shell of water. The shell has no parts above the surface or below the bed. Both
-// vertical patterns of a sonar that rolls are taken at the mean of their angles, and what is left
-// of its beam along the track, in some directions.
+// A bin receives a shell of water. The shell has no parts above the surface or below the bed. If
+// the sonar rolls, both vertical patterns are taken at the mean of their angles. The share that is
+// left of its beam along the track is taken in some directions only.
 void OtherPaths::add_volume(const LineContext& context, double depth_m, double altitude_m,
                             const BeamPlane& plane, std::span<float> power,
                             std::vector<double>& random) const {
@@ -273,9 +267,10 @@ void OtherPaths::add_volume(const LineContext& context, double depth_m, double a
     return between(-up, down, plane.turns() ? directions_of_volume : 1) +
            between(pi - down, pi + up, 1);
   };
-  // Scatterers of exponentially distributed strengths: the sum of n is gamma distributed of the
-  // shape n, and the echo K distributed (Abraham and Lyons, IEEE J. Oceanic Eng. 27, 800, 2002).
-  // They drift, and the beam leaves most of them before the next ping, which meets others.
+  // The strengths of scatterers are exponentially distributed. So the sum of n of them has a gamma
+  // distribution of the shape n, and the echo a K distribution (Abraham and Lyons, IEEE J. Oceanic
+  // Eng. 27, 800, 2002). They drift, and the beam leaves most of them before the next ping, which
+  // meets others.
   const double received_m = this->received_m();
   const bool few = !scatterers_.empty();
   const auto received_at = [&](std::size_t n) {

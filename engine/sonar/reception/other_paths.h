@@ -1,34 +1,24 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/reception/double_bounce.h>
-#include <ensonify/engine/sonar/reception/line_context.h>
 #include <ensonify/engine/sonar/reception/multiples.h>
-#include <ensonify/engine/sonar/reception/one_way_beams.h>
-#include <ensonify/engine/sonar/reception/other_paths_options.h>
-#include <ensonify/engine/sonar/reception/sonar_equation.h>
-#include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
 
-/// The farthest range from which echoes of earlier pings are added. ping_m: as in OtherPaths.
+/// The farthest range from which echoes of earlier pings are added. ping_m: as for OtherPaths.
 double farthest_earlier_m(const Sonar& sonar, double ping_m);
 
 /// Integrals of the two-way vertical pattern over parts of the plane abeam.
 class VerticalSum {
  public:
-  /// Of each sector of a sonar.
-  static std::vector<VerticalSum> of(const SonarEquation& law, std::size_t sectors);
   VerticalSum(const SonarEquation& law, std::size_t sector);
-  /// From one depression to another in the sonar's frame; any angles.
+  /// The integral from one depression to another, in the sonar's frame; any angles.
   double between(double from_rad, double to_rad) const { return up_to(to_rad) - up_to(from_rad); }
 
  private:
@@ -41,17 +31,17 @@ class VerticalSum {
 /// is a horizontal plane at the altitude.
 class OtherPaths {
  public:
-  /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. `seed`
-  /// is that of the water's scatterers; unset: their mean. The sonar equation, which is that of the
-  /// sonar, must outlive this object.
+  /// `ping_m`: the range to which sound goes and comes back between two pings, c P / 2. `seed`: of
+  /// the water's scatterers; unset: their mean. `law`: the sonar equation of this sonar, which must
+  /// outlive this object.
   OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
              const SonarEquation& law, const LevelBed& bed, double ping_m,
              std::optional<std::uint64_t> seed);
   OtherPaths(const OtherPaths&) = delete;  // its parts refer to each other
   OtherPaths& operator=(const OtherPaths&) = delete;
 
-  /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
-  /// direct echo, per bin. `sums` is working memory.
+  /// Adds to the intensity `power` in each bin, which contains the noise. `direct`: the expected
+  /// direct echo per bin. `sums`: working memory.
   void add(const LineContext& context, const EchoLine& line, std::span<const float> direct,
            std::span<float> power, std::vector<double>& sums) const;
 
@@ -78,7 +68,7 @@ class OtherPaths {
   /// Number of scatterers in the water per bin, for one radian of the vertical beam and one metre
   /// of range; empty: very many, or their mean.
   std::vector<double> scatterers_;
-  std::uint64_t seed_;                      // of these
+  std::uint64_t seed_;                      // of these scatterers
   std::vector<VerticalSum> vertical_sums_;  // by sector
   std::optional<OneWayBeams> beams_;        // if multiples or walls are received
   std::optional<Multiples> multiples_;

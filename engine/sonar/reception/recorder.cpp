@@ -7,13 +7,6 @@
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
-namespace {
-
-// Limit of the gain in both directions: more than any recorder has, and its square is finite, also
-// after a gain step. If absorption leaves nothing of the bed, the automatic gain would be infinite.
-constexpr double max_gain_db = 300.0;
-
-}  // namespace
 
 FullScale FullScale::of(std::span<const float> gains) {
   const auto level_db = [](double gain) { return -scatter::to_db(gain * gain); };
@@ -25,6 +18,10 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
     : curve_(options.curve),
       curve_range_db_(static_cast<float>(options.curve_range_db)),
       full_scale_((1u << options.bits) - 1u) {
+  // The gain lies between plus and minus this. It is more than any recorder has, and the square of
+  // the gain is finite, also after a gain step. Without this limit, the automatic gain would be
+  // infinite if absorption leaves nothing of the bed.
+  constexpr double max_gain_db = 300.0;
   // A gain that the options set is not reduced, even if the noise then exceeds the limit.
   double loudest_db = max_gain_db;
   if (noise > 0.0)

@@ -11,34 +11,34 @@ namespace ensonify::engine {
 /// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa.
 struct FullScale {
   double near_db = 0.0, far_db = 0.0;
-  /// With these amplitudes over full scale per received amplitude (uPa), by bin.
+  /// From gains by bin, as Recorder::gains().
   static FullScale of(std::span<const float> gains);
 };
 
-/// The last stages of the signal chain: gain, transfer curve, clipping, digitiser; and their
-/// inverse.
+/// The last stages of the signal chain: gain, transfer curve, clipping, digitiser; and the inverse
+/// of these.
 class Recorder {
  public:
   /// automatic_gain_db: the gain at 1 m, dB re 1/uPa, that is used if the options set none. noise:
-  /// its expected power, uPa^2; where noise would be recorded louder than the options'
-  /// bed_level_db, the time-varied gain ends.
+  /// expected power of the noise, uPa^2. The time-varied gain ends where noise would be recorded
+  /// above the options' bed_level_db.
   Recorder(const ReceiverOptions& options, double bin_m, int bins, double absorption_db_per_m,
            double automatic_gain_db, double noise = 0.0);
 
   /// The range from which on the gain stays the same because of noise; 0: none.
   double gain_ends_m() const { return gain_ends_m_; }
 
-  /// Amplitude over full scale per received amplitude (uPa) in a bin; amplitudes above 1 are
-  /// clipped.
+  /// In a bin: recorded amplitude, divided by full scale, per received amplitude (uPa). Amplitudes
+  /// above 1 are clipped.
   float gain(std::size_t bin) const { return gains_[bin]; }
   std::span<const float> gains() const { return gains_; }
-  /// The sample for an amplitude over full scale.
+  /// The sample for an amplitude that is divided by full scale.
   std::uint32_t sample(float amplitude) const;
-  /// The samples for amplitudes over full scale, each multiplied by `gain`. Both spans have the
-  /// same length.
+  /// The samples for such amplitudes, each multiplied by `gain` first. Both spans have the same
+  /// length.
   void samples(std::span<const float> amplitudes, float gain,
                std::span<std::uint32_t> samples) const;
-  /// The inverse: the amplitude over full scale of a sample.
+  /// The inverse of sample().
   double amplitude(std::uint32_t sample) const;
   std::uint32_t full_scale() const { return full_scale_; }
 

@@ -22,15 +22,17 @@ constexpr double rows_per_octave = 12.0;
 constexpr double beam_reach = 0.8;  // to either side, in nulls: contains 99.8 % of sinc^4
 constexpr double max_cells = 16.0;  // across the beam; at least half as many
 constexpr int finest_level = 10;    // the finest cells have a 1024th of the array's length
-constexpr double bin_share = 1.0;   // length of a cell over that of a bin
-constexpr double rise = 0.25;  // metres of cells per metre of height, so that walls have cells too
-// Metres of patches per metre of height on objects, so that their walls have as many patches as a
-// level surface. Only a surface that falls by 38 degrees in this direction has one patch along it.
+constexpr double bin_share = 1.0;   // length of a cell divided by the length of a bin
+// Metres over cells per metre of height, so that walls have cells, too.
+constexpr double rise = 0.25;
+// Metres over patches per metre of height on objects, so that walls have as many patches as a level
+// surface. Only a surface that falls by 38 degrees in this direction has a single patch along the
+// fall.
 const Eigen::Vector2d patches_rise{1.0, 0.8};
 
 /// The complex field of a line array at a range r and a distance y along the array: the mean of
-/// exp(i k (y - a)^2 / 2 r - i k a^2 / 2 z) over the array's points a with their weights, if it is
-/// focused at z.
+/// exp(i k (y - a)^2 / 2 r - i k a^2 / 2 z) over the array's points a with their weights, if the
+/// array is focused at z.
 std::complex<double> one_way(const LineArray& array, double y_m, double range_m, double defocus) {
   const double x = array.length_m * y_m / (array.wavelength_m * range_m);
   const double quadratic = pi * y_m * y_m / (array.wavelength_m * range_m);
@@ -38,7 +40,7 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
 }
 
 /// The scatterers that an echo sums, one for each bin, with the squared weights of the pulse's
-/// filter. A bin that is longer than the cell is a sample of the echo, and has one.
+/// filter. If a bin is longer than the cell, there is one scatterer.
 TexturedGround::RangeWeights scatterers_of_echo(const Sonar& sonar, double sound_speed_mps) {
   const SpeckleFilter filter = speckle_filter(sonar.pulse, sound_speed_mps, sonar.bin_m());
   TexturedGround::RangeWeights samples{.step_m = sonar.bin_m(), .weights = {}};
@@ -61,7 +63,7 @@ TexturedGround::RangeWeights pulse_over_range(const Sonar& sonar, double sound_s
   return pulse;
 }
 
-/// The number of the direction of cells nearest to a heading, or to the opposite one.
+/// The number of the direction of cells that is nearest to a heading or to the opposite heading.
 long number_of_heading(double heading_rad) {
   const long turned = std::lround(heading_rad * headings / pi);
   return (turned % headings + headings) % headings;
@@ -134,7 +136,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   for (const std::size_t i : {0u, 1u}) {
     const LineArray& array = arrays[i];
     const Shading& shading = array.shading;
-    // The main lobe of a shaded array is as wide as that of a shorter array without shading.
+    // A shaded array has the main lobe of a shorter array without shading.
     const double widening = shading.beam_width_x() / Shading().beam_width_x();
     const double inner = shading.null_x(sonar.side_lobes);
     const double lobes = sonar.side_lobes == 0
@@ -155,7 +157,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   const double step_m = cell_m / columns_per_cell;
   const int columns = static_cast<int>(std::ceil(row.reach * columns_per_cell));
   for (int column = 0; column < columns; ++column) {
-    if (stop_check) stop_check();  // far inside the near field of a long array each takes long
+    if (stop_check) stop_check();  // a column takes long far inside the near field of a long array
     const double y_m = (column + 0.5) * step_m;
     const std::complex<double> sent = one_way(arrays[0], y_m, range_m, defocus[0]);
     const std::complex<double> weight =
@@ -172,8 +174,8 @@ double Scatterers::middle_m(std::size_t row) const {
   return nearest_m_ * std::exp2((static_cast<double>(row) + 0.5) / rows_per_octave);
 }
 
-// Interpolated between rows, linearly in the logarithm of the range. Nearer than all rows and
-// farther than all it grows with the range.
+// Between rows it is linear in the logarithm of the range. Nearer and farther than all rows it is
+// proportional to the range.
 double Scatterers::width_m_at(double range_m) const {
   const std::size_t last = rows_.size() - 1;
   if (range_m < middle_m(0)) return rows_[0].width_m * range_m / middle_m(0);
@@ -203,12 +205,6 @@ double Scatterers::width_share(std::size_t bin, double from_m, double until_m) c
   return between / all;
 }
 
-const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& array_frame) const {
-  const double heading = std::atan2(array_frame.axis.x(), array_frame.axis.y());
-  const auto turned = std::lround(heading * frames / pi - (odd_ ? 0.5 : 0.0));
-  return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
-}
-
 void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
                        Scratch& scratch) const {
   const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
@@ -216,7 +212,9 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
     of_bin->resize(room);
   for (auto* of_bin : {&scratch.first_column, &scratch.phase_turns}) of_bin->resize(room);
   for (auto* of_group : {&scratch.cells, &scratch.placeless}) of_group->resize(room / signal_group);
-  const Frame& frame = frame_of(array_frame);
+  const double heading = std::atan2(array_frame.axis.x(), array_frame.axis.y());
+  const auto turned = std::lround(heading * frames / pi - (odd_ ? 0.5 : 0.0));
+  const Frame& frame = frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
   scratch.frame_key = frame.key;
   // A bin's line is parallel to the array, seen from above. It crosses the beam's middle where the
   // offset along the axis is zero.
@@ -311,15 +309,15 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratc
   }
 }
 
-/// A bin with only side-lobe energy has no position; it gets the cells after those of the last bin
-/// that has one.
+/// A bin that has only energy of side lobes has no place. It gets the cells behind the cells of the
+/// last bin that has a place.
 void Scatterers::place_side_lobes(const BinLayers& bins, Scratch& scratch) const {
   if (std::ranges::all_of(scratch.placeless, [](std::uint32_t any) { return any == 0; })) return;
   std::optional<std::size_t> last;
   for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
     if (!(bins.intensity_mean[n] > 0.0f)) continue;
     if (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f && bins.z_m[n] == 0.0f) {
-      // Before the first placed bin, the memory has values of an earlier ping.
+      // Before the first bin with a place, the memory has values of an earlier ping.
       const std::size_t from = last.value_or(0);
       const float turns = last ? scratch.phase_turns[from] : 0.0f;
       const bool outwards = !(turns > 0.0f);

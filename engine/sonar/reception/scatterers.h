@@ -7,8 +7,6 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/sonar/echo/echo.h>
-#include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/reception/textured_ground.h>
 
 namespace ensonify::engine {
@@ -22,34 +20,34 @@ struct ArrayFrame {
 
 /// The scatterers of the ground, and their sum over an array's beam.
 ///
-/// The ground is divided into cells: one bin long across the array; along the array a 1024th of its
-/// length times the power of two with which 8 to 16 cells span the beam. Each cell holds one
-/// scatterer of complex normal strength at a random place along the array; both depend only on the
-/// seed, the frequency and the cell. A bin is the sum over the cells on its line, which is parallel
-/// to the array, that the beam covers. Each cell is weighted with the complex two-way pattern there
-/// (the array's Fresnel integral, transmitter times receiver) and has the phase of its place across
-/// the array. So the correlation of two pings, or of two passes, follows theory: along the track it
-/// is the Fourier transform of the squared pattern (van Cittert and Zernike), across it it falls
-/// with a change of the grazing angle. The sum is divided by the root of the sum of its squared
-/// weights, so each bin has the variance 1.
+/// The ground is divided into cells. Across the array a cell is one bin long. Along the array it is
+/// a 1024th of the array's length, times the power of two with which 8 to 16 cells span the beam.
+/// Each cell holds one scatterer of complex normal strength at a random place along the array; both
+/// depend only on the seed, the frequency and the cell. A bin is the sum over the cells on its
+/// line, which is parallel to the array, that the beam covers. Each cell is weighted with the
+/// complex two-way pattern there (the array's Fresnel integral, transmitter times receiver) and has
+/// the phase of its place across the array. So the correlation of two pings, or of two passes,
+/// follows theory: along the track it is the Fourier transform of the squared pattern (van Cittert
+/// and Zernike), across it it falls with a change of the grazing angle. The sum is divided by the
+/// root of the sum of its squared weights, so each bin has the variance 1.
 ///
-/// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's or
-/// its opposite; two passes whose headings differ by more than the beam are uncorrelated anyway.
-/// The directions are fixed to the ground: 0, 15, 30 degrees and so on, or those halfway between.
-/// Of these two sets, the one is used for which the usual heading is farther from the angles at
-/// which the nearest direction changes. So runs on the same or the opposite heading see the same
-/// scatterers. A line crosses the rows of cells where the array is not aligned with them, so that
-/// the same scatterers change their bins as the array moves across its axis. The phase that a
-/// change of height causes is taken to be the same for the whole line.
+/// Cells are aligned with one of 12 directions, 15 degrees apart: the direction nearest to the
+/// array's axis or to its opposite. (Two passes whose headings differ by more than the beam are
+/// uncorrelated anyway.) The directions are fixed to the ground: 0, 15, 30 degrees and so on, or
+/// the angles halfway between. The set is used for which the usual heading is farther from the
+/// angles at which the nearest direction changes. So runs on the same or the opposite heading see
+/// the same scatterers. If the array is not aligned with the rows of cells, a line crosses them,
+/// and a scatterer changes its bin as the array moves across its axis. The phase that a change of
+/// height causes is taken to be the same for the whole line.
 ///
-/// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
-/// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. The
-/// variance is 1 on the mean over all ground. On objects the height counts as a way over the
+/// On a ground with patches (TexturedGround), a scatterer's strength is multiplied by the strength
+/// of its patch, whose mean is 1. Then the variance of a bin is the mean of its patches' strengths
+/// over the beam, and its mean over all ground is 1. On objects the height counts as a way over
 /// patches, too, because a wall lies over hardly any ground.
 class Scatterers {
  public:
-  /// reference_heading_rad: of most pings. farthest_m: of width_m_at(); at least the sonar's range.
-  /// stop_check is called often; what it throws ends the constructor.
+  /// reference_heading_rad: heading of most pings. farthest_m: farthest range of width_m_at(); at
+  /// least the sonar's range. stop_check is called often; what it throws ends the constructor.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
              double reference_heading_rad,
              const std::vector<scatter::GroundTexture>& by_material = {}, double farthest_m = 0.0,
@@ -58,7 +56,8 @@ class Scatterers {
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Scratch {
     std::uint32_t frame_key = 0;
-    double skew = 0.0;  ///< across the cells per length along them, of a line parallel to the array
+    /// How far a line parallel to the array moves across the cells per length along them.
+    double skew = 0.0;
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
     std::vector<float> first_column, phase_turns;
     TexturedGround::Places patches;
@@ -72,10 +71,10 @@ class Scatterers {
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
-  /// The same at any range; nearer than the arrays are long, and beyond farthest_m, it grows like
-  /// the range.
+  /// width_m() at any range. It is proportional to the range below the arrays' length and beyond
+  /// farthest_m.
   double width_m_at(double range_m) const;
-  /// The share of that integral between two distances along the array from its middle.
+  /// The share of width_m() between two distances along the array from its middle.
   double width_share(std::size_t bin, double from_m, double until_m) const;
 
  private:
@@ -91,7 +90,6 @@ class Scatterers {
     Eigen::Vector2d along, across;
     std::uint32_t key;
   };
-  const Frame& frame_of(const ArrayFrame& array_frame) const;
   void place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const;
   void place_side_lobes(const BinLayers& bins, Scratch& scratch) const;
   Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m,

@@ -1,11 +1,8 @@
 #include <ensonify/engine/sonar/reception/signal_chain.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <optional>
 
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
@@ -17,14 +14,15 @@ namespace {
 
 constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;  // look number of the first noise after the gain
-constexpr std::size_t farther_steps = 8;  // per range, of a beam's share beyond it
-constexpr int looks_of_beam = 2000;       // look numbers of a beam's noise
-constexpr int wave_oscillator = 100;      // `number` of the waves' Oscillator; Motion uses 0 to 6
-constexpr int noise_oscillator = 200;     // and of the first sonar's noise
-constexpr std::size_t gain_bins = 8;      // that share a value of the automatic gain
+// Interpolation steps per range, of a beam's share beyond the range.
+constexpr std::size_t farther_steps = 8;
+constexpr int looks_of_beam = 2000;    // look numbers of a beam's noise
+constexpr int wave_oscillator = 100;   // `number` of the waves' Oscillator; Motion uses 0 to 6
+constexpr int noise_oscillator = 200;  // and of the first sonar's noise
+constexpr std::size_t gain_bins = 8;   // bins that have one value of the automatic gain
 
-/// By range: how much a beam that lies `ahead_m` of the array's middle receives at the nominal
-/// speed, as a share of the middle's two-way beam at rest.
+/// By range: what a beam that lies ahead_m ahead of the array's middle receives at the nominal
+/// speed, divided by the two-way beam of the middle at rest.
 std::function<double(double range_m)> beam_share(const ChainOptions& options,
                                                  const SonarEquation& law, double ahead_m = 0.0) {
   const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
@@ -72,28 +70,22 @@ double mean_of_peak(int n) {
   return sum;
 }
 
-/// The median of the largest of them.
+/// The median of the largest of n such amplitudes.
 double median_of_peak(int n) { return std::sqrt(-std::log(1.0 - std::exp2(-1.0 / n))); }
 
-constexpr double mean_amplitude = 0.5 / std::numbers::inv_sqrtpi;  // of one of them
+constexpr double mean_amplitude = 0.5 / std::numbers::inv_sqrtpi;  // of one such amplitude
 
-/// The median of the mean of n of them: the mean less a sixth of the third central moment over the
-/// variance (Cornish and Fisher, Rev. Inst. Int. Stat. 5, 307, 1938). Within 0.02 dB for n >= 2.
+/// The median of the mean of n such amplitudes: the mean, minus a sixth of the third central moment
+/// divided by the variance (Cornish and Fisher, Rev. Inst. Int. Stat. 5, 307, 1938). Within 0.02 dB
+/// for n >= 2.
 double median_of_mean(int n) {
   using std::numbers::pi;
   return mean_amplitude * (1.0 - (pi - 3.0) / (3.0 * (4.0 - pi) * n));
 }
 
-std::vector<double> sea_noise_by_sector(const Sonar& sonar, const SonarEquation& law,
-                                        const SeaState& sea) {
-  std::vector<double> powers;
-  for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector)
-    powers.push_back(sea_noise_power(sonar, law, sea, sector));
-  return powers;
-}
-
-/// The noise of a look of a line: the only place that knows its key. A sonar's first two sectors
-/// have the numbers that belong to it; further ones have numbers beyond those of all sonars.
+/// The random stream of the noise in a look of a line: the only place that defines its key. The
+/// first two sectors have the two numbers of their sonar; further sectors have numbers beyond the
+/// numbers of all sonars.
 RandomStream noise_stream(const ChainOptions& options, const LineContext& context, int look) {
   const std::size_t sector = context.facing.number;
   const std::uint64_t receiver =
@@ -104,12 +96,11 @@ RandomStream noise_stream(const ChainOptions& options, const LineContext& contex
       {receiver, context.ping, static_cast<std::uint64_t>(looks_of_beam * context.beam + look)}};
 }
 
-/// Whether each of two sectors hears the cross-talk of the other.
+/// Whether two sectors receive each other's cross-talk.
 bool are_pair(const Sector& one, const Sector& other) {
   return one.number != other.number && one.number / 2 == other.number / 2;
 }
 
-/// A filter as the kernels take it.
 FilterTaps taps_of(const SpeckleFilter& filter) {
   return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
 }
@@ -145,7 +136,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.stop_check),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(by_bin(law_, beam_share(options, law_))),
-      sea_noise_(sea_noise_by_sector(sonar, law_, options.sea)),
+      sea_noise_(sea_noise_powers(sonar, law_, options.sea)),
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
       output_noise_wander_({.wander_rms = sonar.receiver.output_noise_wander_db,
@@ -170,8 +161,8 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
   }
 }
 
-/// What a beam gets of the sound that the array's middle gets, at the nominal speed, by bin; beyond
-/// the range, where only earlier pings echo, interpolated.
+/// By bin: what a beam receives at the nominal speed, divided by what a beam from the array's
+/// middle receives. Beyond the range, from where only earlier pings echo, it is interpolated.
 std::vector<double> SignalChain::shares_of_beam(int beam) const {
   const double offset_m = sonar_.beam_offset_m(beam);
   if (offset_m == 0.0) return {};
@@ -191,8 +182,8 @@ std::vector<double> SignalChain::shares_of_beam(int beam) const {
 }
 
 /// The recorder's gain of a beam, in whole groups: the gain of the array's middle, times a factor
-/// that compensates the weaker echo of the level bed. Before the first echo the factor is that of
-/// the first echo.
+/// that compensates the weaker echo of the level bed. Before the first echo, the factor of the
+/// first echo holds.
 std::vector<float> SignalChain::gains_of_beam(int beam) const {
   std::vector<float> gains(recorder_.gains().begin(), recorder_.gains().end());
   if (const auto& shares = shares_[static_cast<std::size_t>(beam)]; !shares.empty()) {
@@ -210,10 +201,8 @@ double SignalChain::self_noise(double speed_mps) const {
 }
 
 double SignalChain::loudest_noise() const {
-  double loudest = 0.0;
-  for (std::size_t sector = 0; sector < sonar_.sectors().size(); ++sector)
-    loudest = std::max(loudest, noise(sector));
-  return loudest;
+  if (!sonar_.receiver.noise) return 0.0;
+  return std::ranges::max(sea_noise_) + self_noise(options_.nominal_speed_mps);
 }
 
 double SignalChain::noise(std::size_t sector, double speed_mps) const {
@@ -244,8 +233,8 @@ double SignalChain::noise_exceeds_bed_m() const {
   return end < law_.bins() ? law_.range_m(end) : 0.0;
 }
 
-// Median over mean of a sum of exponential intensities, one per look (Wilson and Hilferty, PNAS 17,
-// 684, 1931).
+// The median of a sum of exponential intensities, one per look, divided by its mean (Wilson and
+// Hilferty, PNAS 17, 684, 1931).
 double SignalChain::median_share() const {
   return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
 }
@@ -257,7 +246,7 @@ std::vector<double> SignalChain::automatic_gain(std::size_t sector) const {
       receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
   const int looks = receiver.looks;
   const bool peak = receiver.detector == Detector::peak;
-  // The mean of what the detector makes of the looks, over the root of their mean intensity.
+  // The mean of the detector's result for all looks, divided by the root of their mean intensity.
   double speckle = 1.0;
   double median_gain = 1.0;
   if (options_.speckle) {
@@ -319,7 +308,10 @@ void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoL
     if (options_.artefacts.automatic_gain > 0.0) follow_level(received);
     if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
       line.artefacts.add(Artefact::automatic_gain);
-    record(received, line);
+    const std::size_t bins = line.bins.sample.size();
+    const float scale = ping_scale(received, bins);
+    line.gain *= scale;
+    recorder_.samples(std::span(received.detected).first(bins), scale, line.bins.sample);
   }
 }
 
@@ -375,8 +367,8 @@ void SignalChain::compute_expected(EchoLine& line, Channel& channel) const {
     line.artefacts.add(Artefact::crosstalk);
 }
 
-/// Cross-talk of what is received in addition to the direct echo: surface, fish, earlier pings and
-/// so on. A receiver's own noise does not leak.
+/// Adds the cross-talk of what is received in addition to the direct echo: surface, fish, earlier
+/// pings and so on. A receiver's noise does not leak into the other receiver.
 void SignalChain::leak_power(Channel& one, Channel& other) const {
   const auto own_noise = [&](const Channel& of) {
     return static_cast<float>(noise(of.context.sector, of.context.speed_mps));
@@ -438,8 +430,8 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
   channel.spread_im.assign(room + 2 * reach, 0.0f);
   scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
                      &channel.spread_im[reach]);
-  // The pulse's filter; the result is scaled back to the expected mean, which contains the pulse
-  // already.
+  // Applies the pulse's filter, and scales the result to the expected mean, which contains the
+  // pulse already.
   shape({.filter = taps_of(filter_),
          .energy_taps = energy_taps_.data(),
          .bins = room,
@@ -450,7 +442,6 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
          .im = channel.im.data()});
 }
 
-/// White complex noise of a look.
 void SignalChain::draw_white(const LineContext& context, int look, std::size_t count,
                              std::vector<float>& re, std::vector<float>& im) const {
   std::array<double, 1> random;
@@ -506,7 +497,7 @@ float SignalChain::output_noise_rms(double t_s) const {
   return static_cast<float>(std::sqrt(scatter::from_db(*level_db + output_noise_wander_.at(t_s))));
 }
 
-/// The gain factor of the operator's steps at the ping's time.
+/// The factor by which the operator's steps have changed the gain at the time of the ping.
 float SignalChain::gain_step(const LineContext& context) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   if (!(artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0)) return 1.0f;
@@ -519,7 +510,7 @@ float SignalChain::gain_step(const LineContext& context) const {
   return static_cast<float>(scatter::amplitude_from_db(artefacts.gain_step_db * random[0]));
 }
 
-/// The gain factor of this ping alone.
+/// The factor of the gain that changes from ping to ping.
 float SignalChain::ping_gain(const LineContext& context) const {
   const double rms_db = sonar_.receiver.ping_gain_db;
   if (!(rms_db > 0.0)) return 1.0f;
@@ -529,7 +520,7 @@ float SignalChain::ping_gain(const LineContext& context) const {
   return static_cast<float>(scatter::amplitude_from_db(rms_db * random[0]));
 }
 
-/// Applies the automatic gain, which compares the level over the last metres with that of the
+/// Applies the automatic gain, which compares the level over the last metres with the level of the
 /// nominal bed.
 void SignalChain::follow_level(Channel& channel) const {
   const ArtefactOptions& artefacts = options_.artefacts;
@@ -557,13 +548,6 @@ float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
   return sum > 0.0 ? static_cast<float>(sonar_.receiver.ping_mean *
                                         static_cast<double>(bins - first) / sum)
                    : 1.0f;
-}
-
-void SignalChain::record(const Channel& channel, EchoLine& line) const {
-  const std::size_t bins = line.bins.sample.size();
-  const float scale = ping_scale(channel, bins);
-  line.gain *= scale;
-  recorder_.samples(std::span(channel.detected).first(bins), scale, line.bins.sample);
 }
 
 }  // namespace ensonify::engine

@@ -7,37 +7,35 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/sonar/reception/artefacts.h>
 #include <ensonify/engine/sonar/reception/disturbances.h>
-#include <ensonify/engine/sonar/reception/line_context.h>
-#include <ensonify/engine/sonar/reception/other_paths.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
-#include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sea_water.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
-/// A beam that gets less of the array's sound than this share stays darker than the others: the
-/// recorder's gain of a beam does not compensate more.
+/// A beam that gets a smaller share of the array's sound than this stays darker than the other
+/// beams, because the recorder's gain of a beam compensates no more.
 inline constexpr double least_beam_share = 0.01;
 
 /// The inputs of a signal chain in addition to its sonar.
 struct ChainOptions {
   std::uint64_t seed = 1;
-  std::uint64_t sonar_number = 0;  ///< the number of the sonar in the scene; each has its own noise
-  bool speckle = true;             ///< false: expected values, also of the noise
+  /// Number of the sonar in the scene; each number has separate noise.
+  std::uint64_t sonar_number = 0;
+  bool speckle = true;  ///< false: expected values, also of the noise
   double sound_speed_mps = scatter::nominal_sound_speed_mps;
   double absorption_db_per_m = 0.0;
   /// Ranges are travel times through this profile; null: distances. It must outlive the chain.
   const scatter::SoundSpeedProfile* profile = nullptr;
-  double heading_rad = 0.0;          ///< of the array in most pings, for Scatterers
-  double nominal_altitude_m = 10.0;  ///< above the level bed, to which the automatic gain refers
-  double nominal_speed_mps = 0.0;    ///< of the vehicle, for the same
-  double ping_interval_s = 0.0;      ///< 0: the two-way time of the range
+  double heading_rad = 0.0;  ///< of the array in most pings; Scatterers needs it
+  /// Above the level bed for which the automatic gain is computed.
+  double nominal_altitude_m = 10.0;
+  double nominal_speed_mps = 0.0;  ///< of the vehicle, for the automatic gain
+  double ping_interval_s = 0.0;    ///< 0: the two-way time of the range
   /// Backscattering cross-section of the bed, m^2 per m^2, as a function of the sine of the grazing
-  /// angle; for the same and for echoes of earlier pings.
+  /// angle; for the automatic gain and for echoes of earlier pings.
   std::function<double(double sine)> nominal_strength = [](double) { return 3e-4; };
   std::optional<scatter::Sediment> bed;  ///< unset: the bed is not a sediment
   /// By material's number; empty: all of the ground scatters evenly.
@@ -50,8 +48,8 @@ struct ChainOptions {
 
 /// From the expected echo to the recorded samples, for all sectors of a sonar together.
 ///
-/// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each
-/// bin's mean intensity is the expected one; plus complex noise of the sea, of the receiver and of
+/// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each bin
+/// has the expected mean intensity; plus complex noise of the sea, of the receiver and of
 /// incoherent paths, through the same matched filter; then gain, noise after the gain, detector,
 /// scaling of the ping, transfer curve, clipping and digitiser.
 class SignalChain {
@@ -78,7 +76,7 @@ class SignalChain {
   };
 
   /// Fills the intensity and sample of some lines of a ping from their intensity_mean and places,
-  /// and sets their artefacts. contexts: of each line. The lines of a pair of sectors hear each
+  /// and sets their artefacts. contexts: of each line. The lines of a pair of sectors receive each
   /// other's cross-talk.
   void receive(std::span<const LineContext> contexts, std::span<EchoLine> lines,
                Scratch& scratch) const;
@@ -89,24 +87,23 @@ class SignalChain {
     return FullScale::of(std::span(gains_[static_cast<std::size_t>(beam)])
                              .first(static_cast<std::size_t>(sonar_.bins)));
   }
-  /// Mean noise power of a sector, uPa^2, at a speed of the vehicle; without one, at the nominal
-  /// speed.
+  /// Mean noise power of a sector, uPa^2, at a speed of the vehicle, or at the nominal speed.
   double noise(std::size_t sector, double speed_mps) const;
   double noise(std::size_t sector) const { return noise(sector, options_.nominal_speed_mps); }
-  /// The mean intensity in each bin of a sector, uPa^2, noise included, over a level bed of the
-  /// nominal strength at the nominal altitude and speed; 0 before the first echo.
+  /// The mean intensity in each bin of a sector, uPa^2, with noise, over a level bed of the nominal
+  /// strength at the nominal altitude and speed; 0 before the first echo.
   std::vector<double> level_bed(std::size_t sector) const;
-  /// The range from which on the noise exceeds that bed's echo in all sectors; 0: within the range
-  /// it does not.
+  /// The range from which on the noise exceeds the echo of this bed in all sectors; 0 if there is
+  /// no such range.
   double noise_exceeds_bed_m() const;
-  /// What the receiver gets of an echo from the end of the range, at the nominal speed: its share
-  /// of what it would get at rest, at least least_beam_share.
+  /// What the receiver gets of an echo from the end of the range at the nominal speed, divided by
+  /// what it would get at rest; at least least_beam_share.
   double share_of_farthest_echo() const { return moved_shares_.back(); }
-  /// Median over mean of a bed's intensity, as speckle makes it.
+  /// Median of a bed's intensity with speckle, divided by its mean.
   double median_share() const;
-  /// The factors on the amplitude in each bin of such a ping after the recorder's gain: automatic
-  /// gain, scale to the ping's mean, and the median of what the detector makes of several looks
-  /// over the root of the median of their mean intensity.
+  /// The factors on the amplitude in each bin of a ping over level_bed(), after the recorder's
+  /// gain: automatic gain; scale to the ping's mean; and for several looks the median of the
+  /// detector's result, divided by the root of the median of their mean intensity.
   std::vector<double> automatic_gain(std::size_t sector) const;
 
  private:
@@ -133,7 +130,6 @@ class SignalChain {
   float output_noise_rms(double t_s) const;
   void follow_level(Channel& channel) const;
   float ping_scale(const Channel& channel, std::size_t bins) const;
-  void record(const Channel& channel, EchoLine& line) const;
 
   Sonar sonar_;
   ChainOptions options_;

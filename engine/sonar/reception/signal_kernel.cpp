@@ -83,7 +83,7 @@ HWY_INLINE VF exponential(VU random) {
   return hn::Max(log2 * set(-0.69314718f), set(0.0f));
 }
 
-/// A column of scatter::GammaTable: the upper bits of a share as a floating-point number.
+/// A column of scatter::GammaTable: the upper bits of a random share, as a floating-point number.
 HWY_INLINE hn::Vec<I> column_of(VU random) {
   using scatter::GammaTable;
   constexpr int mantissa = 23 - 4;
@@ -91,7 +91,7 @@ HWY_INLINE hn::Vec<I> column_of(VU random) {
   const VF share = (to_float(hn::ShiftRight<8>(random)) + set(0.5f)) * set(0x1p-24f);
   const auto octave_and_part = hn::BitCast(fi, hn::ShiftRight<mantissa>(hn::BitCast(fu, share)));
   constexpr std::int32_t first = (127 - GammaTable::octaves) * GammaTable::columns_per_octave;
-  // The greatest random numbers round to a share of 1, which has no column of its own.
+  // The greatest random numbers round to a share of 1, for which there is no column.
   const auto last = hn::Set(fi, GammaTable::columns - 1);
   return hn::Min(hn::Max(octave_and_part - hn::Set(fi, first), hn::Zero(fi)), last);
 }
@@ -144,8 +144,8 @@ HWY_INLINE VF convolved(const FilterTaps& filter, const float* middle) {
   return sum;
 }
 
-/// log2 of positive numbers by the series of artanh about 1, which needs no fused operations;
-/// within 1e-9.
+/// log2 of positive numbers within 1e-9, by the series of artanh around 1, which needs no fused
+/// operations.
 HWY_INLINE VD log2_of(hn::Vec<HalfF> value) {
   const auto bits = hn::BitCast(hu, value);
   // The offset makes the mantissa lie between 2/3 and 4/3.
@@ -223,8 +223,8 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     }
     const VU across = hn::LoadU(fu, sums.across_cell + n);
     VU within = hn::LoadU(fu, sums.across_within + n);
-    // From cell to cell along, the line goes by whole cells across and a part, which rounding may
-    // make a whole one: that of a slope just below 0.
+    // From one cell along to the next, the line moves by whole cells across and a part of a cell.
+    // If the slope is just below 0, rounding may make the part a whole cell.
     const VF slope = set(sums.across_per_m) / hn::LoadU(f, sums.cells_per_m + n);
     const VF below = hn::Floor(slope);
     const auto rounds_up = hn::Ge(slope - below, set(1.0f));
@@ -234,7 +234,7 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     const VU within_step =
         hn::ShiftLeft<8>(hn::BitCast(fu, hn::ConvertTo(fi, part * set(0x1p24f))));
     const VU key = hn::LoadU(fu, sums.key + n) + hn::Set(fu, sums.common_key);
-    // Products with the numbers of the cell go from cell to cell by sums, which are cheaper.
+    // Products with the cell's numbers are computed by sums from cell to cell, which are cheaper.
     const VU cell = hn::LoadU(fu, sums.first_cell + n);
     const VU golden = hn::Set(fu, 0x9e3779b9u), mix_across = hn::Set(fu, 0xcc9e2d51u),
              mix_along = hn::Set(fu, 0x1b873593u);
@@ -355,7 +355,7 @@ void detect(const Detection& of) {
       re = re + amplitude * convolved(of.filter, of.white_re + of.filter.reach + n);
       im = im + amplitude * convolved(of.filter, of.white_im + of.filter.reach + n);
     }
-    VF leaked = hn::Zero(f);  // what has no phase: the expected energy without speckle
+    VF leaked = hn::Zero(f);  // leaked energy without a phase, if there is no speckle
     if (of.other_re) {
       const VF other_re = leak * hn::LoadU(f, of.other_re + n);
       const VF other_im = leak * hn::LoadU(f, of.other_im + n);

@@ -27,16 +27,15 @@ struct CellPlaces {
   const float* range_m;
   const float* cells_per_m;  ///< along the array
   const float* reach;        ///< cells on either side
-  // The frame: where the line through a place that is parallel to the array crosses the beam's
-  // middle, as weights of the place's coordinates and a constant.
+  // The frame: weights of a place's coordinates and a constant. They give where the line through
+  // the place, parallel to the array, crosses the beam's middle.
   double across[3], across_add;
   double along[3], along_add;
   double origin_across;  ///< of the array
-  double skew;           ///< how far that line goes across the cells, per length along them
+  double skew;           ///< how far that line moves across the cells per length along them
   double across_cells_per_m, turns, rise, columns_per_cell;
-  // Out, one value per bin:
-  // The first cell along the line: its number across, the line's place within it (in 2^-32 of its
-  // length), and its number along.
+  // Out, one value per bin: The first cell along the line: its number across, the line's place
+  // within the cell (in 2^-32 of the cell's length), and the cell's number along.
   std::uint32_t* across_cell;
   std::uint32_t* across_within;
   std::uint32_t* first_cell;
@@ -51,14 +50,13 @@ void place_cells(const CellPlaces& places);
 /// Places on the ground count in units of 2^-patch_bits of a patch (CellSums::Texture).
 inline constexpr int patch_bits = 12;
 
-/// The arguments of sum_cells().
 struct CellSums {
   // One value per bin:
   const std::uint32_t* across_cell;
   const std::uint32_t* across_within;
   const std::uint32_t* first_cell;
   const float* first_column;
-  const std::uint32_t* first_weight;  ///< index of its row in the table
+  const std::uint32_t* first_weight;  ///< index of the bin's row in the table
   const std::uint32_t* key;
   const float* phase_turns;
   const float* cells_per_m;
@@ -69,15 +67,15 @@ struct CellSums {
   float across_per_m;        ///< cells across that the line crosses per metre along
   std::uint32_t common_key;  ///< added to each bin's key
   // The patches under the scatterers (TexturedGround); x null: all scatter alike. One value per
-  // bin: the place of its first scatterer, and the step to the next; its rows of quantiles, and the
-  // share of the second.
+  // bin: the place of the first scatterer, and the step to the next; the rows of quantiles, and the
+  // share of the second row.
   struct Texture {
     const std::uint32_t *x, *y, *step_x, *step_y, *row, *glint_row;
     const float* glint_share;
     const float* quantiles;
     std::uint32_t key;
-    /// The strengths of the patches in the order in which they are summed. They are the same for
-    /// all looks: the first look writes them, the others read them.
+    /// The strengths of the patches in the order in which they are summed. All looks have the same
+    /// strengths: the first look writes them, the others read them.
     float* strengths;
     bool known;
   } texture;
@@ -112,7 +110,8 @@ struct Shaping {
   std::size_t bins;
   const float* spread_re;
   const float* spread_im;
-  const float* power;  ///< variance of the input fields; the outputs are scaled to have it too
+  /// Variance of the input fields; the outputs are scaled to have this variance, too.
+  const float* power;
   float* re;
   float* im;
 };
@@ -121,7 +120,7 @@ void shape(const Shaping& shaping);
 /// One look of the detector, and its result over the looks so far.
 struct Detection {
   std::size_t bins;
-  // The echo, and that of the other side (or null), which leaks into it with the factor `leak`.
+  // The echo; and the echo of the other side (or null), which leaks into it with the factor `leak`.
   const float* re;
   const float* im;
   const float* other_re;
@@ -142,7 +141,7 @@ struct Detection {
   // Whether it is the first look, whether the detector keeps the peak, and 1 / number of looks.
   bool first, peak;
   float share;
-  // Out; after the first look, values are added to (or compared with) those that are there:
+  // Out; after the first look, values are added to (or compared with) the values of earlier looks:
   float* energy;
   float* detected;  ///< amplitude over full scale
 };

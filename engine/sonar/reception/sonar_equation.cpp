@@ -14,6 +14,17 @@ namespace {
 
 using std::numbers::pi;
 
+/// Integral over depression of the one-way vertical pattern.
+double vertical_width_rad(const SonarEquation& law, std::size_t sector) {
+  constexpr int steps = 3600;
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double depression = 2.0 * pi * (i + 0.5) / steps;
+    sum += law.vertical(sector, std::cos(depression), std::sin(depression));
+  }
+  return sum * 2.0 * pi / steps;
+}
+
 }  // namespace
 
 // In the plane abeam, `level` is the horizontal direction to starboard and `up` is upwards. A
@@ -77,27 +88,21 @@ double SonarEquation::level_bed(const BeamPlane& plane, double range_m, double s
          two_way(plane, range_m, level * range_m, down * range_m);
 }
 
-double SonarEquation::vertical_width_rad(std::size_t sector, int power) const {
-  constexpr int steps = 3600;
-  double sum = 0.0;
-  for (int i = 0; i < steps; ++i) {
-    const double depression = 2.0 * pi * (i + 0.5) / steps;
-    sum += std::pow(vertical(sector, std::cos(depression), std::sin(depression)), power);
-  }
-  return sum * 2.0 * pi / steps;
-}
-
-double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
-                       std::size_t sector) {
-  // The array receives isotropic noise in a beam that is lambda / L wide at all depressions, wider
-  // by its shading.
+std::vector<double> sea_noise_powers(const Sonar& sonar, const SonarEquation& law,
+                                     const SeaState& sea) {
+  // The array receives isotropic noise in a beam that is lambda / L times noise_width_x() wide at
+  // all depressions.
   const LineArray array = sonar.receive_array(law.wavelength_m());
   const double width = array.wavelength_m / array.length_m * array.shading.noise_width_x();
-  const double solid_angle_sr = std::min(width, 2.0) * law.vertical_width_rad(sector, 1);
-  const double ambient =
-      scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz, sea.wind_mps, sea.shipping)) *
-      solid_angle_sr / (4.0 * pi);
-  return sonar.pulse.noise_bandwidth_hz() * ambient;
+  std::vector<double> powers;
+  for (std::size_t sector = 0; sector < sonar.sectors().size(); ++sector) {
+    const double solid_angle_sr = std::min(width, 2.0) * vertical_width_rad(law, sector);
+    const double ambient = scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz,
+                                                                      sea.wind_mps, sea.shipping)) *
+                           solid_angle_sr / (4.0 * pi);
+    powers.push_back(sonar.pulse.noise_bandwidth_hz() * ambient);
+  }
+  return powers;
 }
 
 }  // namespace ensonify::engine

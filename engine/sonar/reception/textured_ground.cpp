@@ -19,7 +19,8 @@ using scatter::GammaTable, scatter::GroundTexture;
 constexpr double units_per_patch = 1 << patch_bits;
 constexpr std::size_t angles = 90;  // of the tables, one per degree
 constexpr double shortest_m = 1.0;  // scale of the slow variation
-// Of along_rows(): where scatterers are nearer than an eighth of a patch, nothing is left to add.
+// For along_rows(): if scatterers are nearer to each other than an eighth of a patch, there is
+// nothing to add.
 constexpr int nearest_rows = 3 * GammaTable::rows_per_octave, parts_of_row = 4;
 
 // Strengths of mean 1 that vary less than a gamma distribution of the shape 2^6 count as even; that
@@ -37,8 +38,8 @@ std::uint32_t beginning_of(float row) {
   return static_cast<std::uint32_t>(std::max(row + 0.5f, 0.0f)) * GammaTable::columns;
 }
 
-/// The sum over all integers k of 1 - |k| step, as far as that is positive, times the step: 1 is
-/// the integral. For samples of patches along a line that are `step` patches apart.
+/// Ratio of a sum to its integral, for samples along a line that are `step` patches apart: the step
+/// times the sum, over all integers k, of 1 - |k| step where this is positive. The integral is 1.
 double sum_over_integral(double step) {
   const double k = std::floor(1.0 / step);
   return step * (2.0 * k + 1.0 - step * k * (k + 1.0));
@@ -67,19 +68,20 @@ class VarianceLeft {
     }
     return left;
   }
-  /// The same of all ground between the samples as well. Their weights must change little from one
-  /// to the next.
+  /// at(), if all ground between the samples counts as well. The weights must change little from
+  /// sample to sample.
   double of_all_at(double patch_m) const {
     return at(patch_m) / sum_over_integral(step_m_ / patch_m);
   }
 
  private:
   double step_m_;
-  std::vector<double> pairs_;  // by how many steps apart: share of the squared sum
+  // By the number of steps between two samples: share of the squared sum.
+  std::vector<double> pairs_;
 };
 
-/// Amplitudes of ln intensity by octave: the variance of a scale goes with the scale, so that the
-/// spectrum along a line falls with the squared wavenumber.
+/// Amplitudes of ln intensity by octave. The variance of an octave is proportional to its scale, so
+/// that the spectrum along a line falls with the squared wavenumber.
 std::vector<float> octaves_of(const GroundTexture& texture) {
   std::vector<float> amplitudes;
   double variance = 0.0;
@@ -88,7 +90,8 @@ std::vector<float> octaves_of(const GroundTexture& texture) {
     amplitudes.push_back(static_cast<float>(std::sqrt(scale_m)));
   }
   // Interpolation leaves the share (61 / 70)^2 of the corners' variance: the mean over both axes of
-  // u^2 + (1 - u)^2, which is 1 in half of a cell and 26 / 35 in the other (step_between()).
+  // u^2 + (1 - u)^2, which is 1 where the interpolation is constant, and 26 / 35 in the middle half
+  // of a cell (step_between()).
   const double rms = texture.variation_db * std::numbers::ln10 / 10.0 * 70.0 / 61.0;
   for (float& amplitude : amplitudes) amplitude *= static_cast<float>(rms / std::sqrt(variance));
   return amplitudes;
@@ -100,8 +103,8 @@ std::uint32_t hashed(std::uint32_t h) {  // the finaliser of Appleby's MurmurHas
   return h ^ (h >> 16);
 }
 
-/// Numbers of variance 1 that are skewed as strong patches on weaker ground are: a sum of four even
-/// numbers, which is nearly normal, and a share of its square.
+/// Numbers of variance 1 with the skewness of strong patches on weaker ground: a sum of four
+/// uniform numbers, which is nearly normal, plus a share of its square.
 constexpr float square_share = 0.7f;
 constexpr int sums = 4 * 255 + 1;
 float number_of(std::uint32_t sum) {
@@ -115,7 +118,8 @@ float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
   return number_of((h & 255u) + ((h >> 8) & 255u) + ((h >> 16) & 255u) + (h >> 24));
 }
 
-/// From 0 to 1 in the middle half of a cell: 3 t^2 - 2 t^3 there. The rest is even.
+/// Interpolation over a cell: from 0 to 1 in its middle half, by 3 t^2 - 2 t^3, and constant in the
+/// rest.
 float step_between(double place) {
   const double t = std::clamp(2.0 * place - 0.5, 0.0, 1.0);
   return static_cast<float>(t * t * (3.0 - 2.0 * t));
@@ -202,7 +206,7 @@ TexturedGround::TexturedGround(const std::vector<GroundTexture>& by_material,
   }
 }
 
-/// The rows to add for scatterers that far apart along the array, in rows of patches.
+/// The rows to add for scatterers that are step_rows apart along the array, relative to a patch.
 float TexturedGround::along_rows(float step_rows) const {
   if (step_rows >= 0.0f) return step_rows;
   const auto part = static_cast<std::size_t>(0.5f - step_rows * parts_of_row);
@@ -243,15 +247,16 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 
 /// Octaves of lattice noise: skewed numbers at the corners, interpolated. The mean of each corner's
 /// exponential is taken out, so that the factor's mean is 1 everywhere. Each octave is shifted by
-/// the finer ones, which makes the edges of its cells ragged at all scales, as those of patches of
-/// sediment are; its numbers do not depend on theirs, so the mean stays. Its lattice is turned
-/// against theirs, so that no direction of a lattice shows.
+/// the finer octaves. This makes the edges of its cells ragged at all scales, like the edges of
+/// patches of sediment. Its numbers do not depend on the finer octaves, so the mean stays 1. Its
+/// lattice is turned against theirs, so that no direction of a lattice is visible.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   const LnMeanExp& ln_mean_exp = made_once<made_ln_mean_exp>();
   const float share = at_angle(kind, grazing_rad).variation;
-  constexpr double longer = 2.1;  // of the forms along a current, and as much narrower
+  // Forms are longer along a current by this factor, and narrower across it.
+  constexpr double longer = 2.1;
   constexpr double shift = 0.35;  // of a finer cell, per standard deviation of its octave
-  // From octave to octave, by the golden section of a right angle.
+  // The turn from octave to octave: the golden section of a right angle.
   constexpr double cos_turn = 0.5646348864, sin_turn = 0.8253408054;
   double lattice_x_m = (x_m * along_x_ + y_m * along_y_) / longer;
   double lattice_y_m = (x_m * along_y_ - y_m * along_x_) * longer;

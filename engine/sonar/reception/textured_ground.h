@@ -16,16 +16,16 @@ namespace ensonify::engine {
 /// The patches of a material are the squares of a grid in local coordinates. A patch's share of the
 /// cross-section depends only on the seed and the patch; the grazing angle changes the
 /// distribution, not the order. Scatterers (scatterers.h) are as strong as the patch that they lie
-/// on. They are samples of the ground, as far apart over range as bins: an echo has the sum of a
-/// few of them, and a real one has all ground of its cell. The cell covers several patches, or
-/// parts of them, so that its strength varies less. To make up for that, the shape of the
-/// distribution from which a scatterer's strength comes is greater than a patch's by the ratio of
-/// the two variances: with the weights w of samples, or of all ground, a sum has the share
+/// on. They are samples of the ground, one bin apart over range: a simulated echo sums a few of
+/// them, and a real echo sums all ground of its cell. As the cell covers several patches or parts
+/// of patches, the real strength varies less. To correct for this, the shape of the distribution of
+/// a scatterer's strength is larger than the shape for a patch, by the ratio of the two variances.
+/// With the weights w of samples, or of all ground, a sum has the share
 ///
 ///   sum w w' C / (sum w)^2
 ///
 /// of a patch's variance, where C is the share in which two places lie on one patch: 1 - d / side
-/// at the distance d. So the second moment of the echo is that of the ground, whatever the bins. It
+/// at the distance d. So the echo has the second moment of the ground, for bins of any length. It
 /// is within 2 % where the array lies along the patches' grid. Turned by 45 degrees against it, it
 /// is up to 17 % too large where the scatterers lie as far apart along the array as patches, and
 /// elsewhere within 8 %.
@@ -43,7 +43,7 @@ class TexturedGround {
 
   /// Whether no material has patches or glints.
   bool without_patches() const { return !patchy_; }
-  /// For hashing a patch's number.
+  /// The key for hashing a patch's number.
   std::uint32_t key() const { return key_; }
   /// The values of all rows (scatter::GammaTable).
   static const scatter::GammaTable& quantiles();
@@ -57,22 +57,22 @@ class TexturedGround {
     std::vector<float> strengths;  ///< of all scatterers, as sum_cells() computes them
     bool known = false;            ///< whether sum_cells() has computed them
   };
-  /// A bin's first scatterer, local metres; the way from each to the next; and rows_of() its
-  /// length.
+  /// A bin's first scatterer, local metres; the step from a scatterer to the next; and rows_of()
+  /// the length of this step.
   struct Scatterer {
     double x_m, y_m, step_x_m, step_y_m;
     float step_rows;
   };
-  /// A length as rows of quantiles(): 8 log2 of its metres.
+  /// A length as rows of quantiles(): 8 times log2 of the length in metres.
   static float rows_of(double length_m);
   /// Sets the patches of bin n, whose echo comes from `material` at that grazing angle.
   void place(std::size_t n, std::uint32_t material, float grazing_rad, const Scatterer& first,
              Places& places) const;
-  /// Sets that bin n has no patches: its ground scatters evenly.
+  /// Gives bin n no patches: its ground scatters evenly.
   static void leave_even(std::size_t n, Places& places);
 
   /// Multiplies the expected echo of each bin by the slow variation of its material's strength
-  /// there, a factor of mean 1. It is found once per group of bins and material.
+  /// there, a factor of mean 1. It is computed once per group of bins and material.
   void vary(const BinLayers& bins, std::span<float> direct) const;
 
  private:

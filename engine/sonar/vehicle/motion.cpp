@@ -8,18 +8,12 @@
 #include <ensonify/engine/base/random.h>
 
 namespace ensonify::engine {
-namespace {
-
-constexpr std::size_t strips = 64;
-constexpr double half_widths = 4.0;           // either side of the centre
-constexpr double relative_half_width = 0.15;  // of the periodic band, relative to its centre
-
-}  // namespace
 
 Oscillator::Oscillator(const Oscillation& oscillation, std::uint64_t seed, std::uint64_t number) {
   const auto& [rms, period_s, wander_rms, wander_s] = oscillation;
   if (!(rms >= 0.0 && wander_rms >= 0.0 && period_s > 0.0 && wander_s > 0.0))
     throw std::invalid_argument("Oscillator: a negative rms, or a time that is not positive");
+  constexpr double relative_half_width = 0.15;  // of the periodic band, divided by its centre
   const double centre_radps = 2.0 * std::numbers::pi / period_s;
   add_band(rms, centre_radps, relative_half_width * centre_radps, seed, number, 0);
   add_band(wander_rms, 0.0, 1.0 / wander_s, seed, number, 1);
@@ -27,6 +21,8 @@ Oscillator::Oscillator(const Oscillation& oscillation, std::uint64_t seed, std::
 
 void Oscillator::add_band(double rms, double centre_radps, double half_width_radps,
                           std::uint64_t seed, std::uint64_t number, std::uint64_t band) {
+  constexpr std::size_t strips = 64;
+  constexpr double half_widths = 4.0;  // by which a band extends to either side of its centre
   if (rms == 0.0) return;
   std::array<double, 2 * strips> random;
   RandomStream(seed, Purpose::motion, {number, band, 0}).uniform(random);
@@ -84,7 +80,7 @@ Pose Motion::applied_to(const Pose& track) const {
   const double surge_m = surge_.at(t_s), sway_m = sway_.at(t_s);
   pose.position += surge_m * ahead + sway_m * starboard;
   pose.position.z() += heave_.at(t_s);
-  // Both directions turn with the course.
+  // Surge and sway turn with the course, which adds to the velocity.
   pose.velocity_mps += (surge_.rate(t_s) - sway_m * track.heading_rate_radps) * ahead +
                        (sway_.rate(t_s) + surge_m * track.heading_rate_radps) * starboard;
   pose.velocity_mps.z() += heave_.rate(t_s);

@@ -11,13 +11,13 @@ namespace ensonify::engine {
 /// A stationary random function of time with zero mean, the sum of the two bands of an Oscillation.
 ///
 /// Each band has a Gaussian spectrum over angular frequency with the centre w0 and the half width
-/// s, both in rad/s. The periodic band has w0 = 2 pi / period and s = 0.15 w0, as swell is
-/// described (Goda, Random Seas and Design of Maritime Structures); the slow band has w0 = 0 and s
-/// = 1 / wander_s. The correlation over a lag u is rms^2 exp(-s^2 u^2 / 2) cos(w0 u). The function
-/// is sum_k a_k cos(w_k t + p_k) with random phases (Shinozuka and Deodatis, Appl. Mech. Rev. 44,
-/// 191, 1991, eq. 31): one harmonic in each of 64 strips from w0 - 4 s to w0 + 4 s, where a_k^2 / 2
-/// is the strip's share of the variance. The frequency is random within its strip, so the function
-/// does not repeat. The function is smooth, and rate() and integral() are exact.
+/// s, both in rad/s. The periodic band has w0 = 2 pi / period and s = 0.15 w0, like swell (Goda,
+/// Random Seas and Design of Maritime Structures); the slow band has w0 = 0 and s = 1 / wander_s.
+/// The correlation over a lag u is rms^2 exp(-s^2 u^2 / 2) cos(w0 u). The function is sum_k a_k
+/// cos(w_k t + p_k) with random phases (Shinozuka and Deodatis, Appl. Mech. Rev. 44, 191, 1991, eq.
+/// 31): one harmonic in each of 64 strips from w0 - 4 s to w0 + 4 s, where a_k^2 / 2 is the strip's
+/// share of the variance. The frequency is random within its strip, so the function does not
+/// repeat. The function is smooth, and rate() and integral() are exact.
 class Oscillator {
  public:
   Oscillator() = default;  ///< always 0

@@ -18,15 +18,16 @@ struct ReportError {
 
 /// How the reported pose of a vehicle differs from the true one.
 struct NavigationOptions {
-  ReportError position, height;   ///< metres: both east and north; up
-  ReportError attitude, heading;  ///< radians: both roll and pitch; heading
+  ReportError position, height;   ///< metres: `position` is for east and for north, `height` for up
+  ReportError attitude, heading;  ///< radians: `attitude` is for roll and for pitch
   double delay_s = 0.0;           ///< age of a message when a ping uses it
   /// Time between messages; pings repeat a message until the next one. 0: one message per ping.
   double update_interval_s = 0.0;
 };
 
-/// The reported pose at a ping of these true poses, numbered from 0. True poses between pings are
-/// extrapolated from the nearest ping at its rates. Depends only on the arguments.
+/// The pose that the navigation reports at a ping. `poses`: the true poses of all pings. `ping`:
+/// index in them. A true pose between pings is extrapolated from the nearest ping at the rates of
+/// this ping. Depends only on the arguments.
 Pose reported_pose(const NavigationOptions& options, std::uint64_t seed,
                    std::span<const Pose> poses, std::size_t ping);
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double full_turn_rad = 2.0 * std::numbers::pi;
 constexpr double slowest_course_mps = 0.01;  // below this, the course is only rounding error
 
-/// Angles without jumps: each differs from the one before by at most half a turn.
+/// Angles without jumps: each differs from the angle before by at most half a turn.
 std::vector<double> unwrapped(std::vector<double> angles_rad) {
   for (std::size_t i = 1; i < angles_rad.size(); ++i)
     angles_rad[i] =
@@ -19,14 +19,15 @@ std::vector<double> unwrapped(std::vector<double> angles_rad) {
   return angles_rad;
 }
 
-/// Rows that a smoothed column is fitted to.
+/// The rows that smoothed() fits lines to.
 struct FittedRows {
   std::vector<double> times_s, values;
-  std::vector<double> counts;  ///< of the rows that each stands for
+  std::vector<double> counts;  ///< how many rows of the log each of these rows stands for
 };
 
-/// All rows; or, where they are dense, the means of those within each 64th of the half width, so
-/// that the time does not grow as the square of their rate. A mean lies on the line of its rows.
+/// All rows; or, if they are dense, the mean of the rows within each 64th of the half width.
+/// Otherwise the time of smoothed() would grow with the square of the rows' rate. Rows on a
+/// straight line have their mean on this line.
 FittedRows fitted_rows(const std::vector<double>& times_s, const std::vector<double>& values,
                        double half_width_s) {
   constexpr double groups_per_half_width = 64.0, dense_rows_per_group = 2.0;
@@ -51,7 +52,7 @@ FittedRows fitted_rows(const std::vector<double>& times_s, const std::vector<dou
   return {times_s, values, std::vector<double>(times_s.size(), 1.0)};
 }
 
-/// At each time, the value of the line fitted to the values around it.
+/// At each time, the value of the straight line that is fitted to the values around this time.
 std::vector<double> smoothed(const std::vector<double>& times_s, const std::vector<double>& values,
                              double half_width_s) {
   if (half_width_s == 0.0) return values;
@@ -96,11 +97,11 @@ std::vector<double> picked(const std::vector<double>& values, std::span<const st
   return out;
 }
 
-/// The course at each time of the splines; while the track stands still, the last course before, or
-/// the first one after if there is none.
+/// The course at each time of the splines. While the vehicle stands still, this is the last course
+/// before, or the first course after if there is none before.
 std::vector<double> courses_rad(const Spline& x, const Spline& y) {
   std::vector<double> courses;
-  std::size_t unknown = 0;  // at the beginning
+  std::size_t unknown = 0;  // courses at the beginning that are not known yet
   for (const double t_s : x.times_s()) {
     const double east_mps = x.rate(t_s), north_mps = y.rate(t_s);
     if (std::hypot(east_mps, north_mps) >= slowest_course_mps) {
@@ -133,7 +134,7 @@ Spline::Spline(std::vector<double> times_s, std::vector<double> values)
   rates_.front() = rates_.back() = secant(0);
   if (n == 2) return;
   const auto stands = [&](std::size_t i) { return secant(i) == 0.0 && !is_gap(i); };
-  // The parabola at an end would turn back after a gap.
+  // At an end of the track, a parabola over a gap would turn back.
   const auto end_rate = [&](std::size_t i, double inner_rate) {
     if (is_gap(i)) return secant(i);
     return stands(i) ? 0.0 : 2.0 * secant(i) - inner_rate;
@@ -161,7 +162,7 @@ std::pair<double, double> Spline::cubic(double t_s) const {
   if (t_s >= times_s_.back()) return line(times_s_.size() - 1);
   const auto after = std::upper_bound(times_s_.begin(), times_s_.end(), t_s);
   const auto i = static_cast<std::size_t>(after - times_s_.begin()) - 1;
-  // Hermite: value and slope at both ends.
+  // Hermite's cubic has the values and slopes of both rows.
   const double h = times_s_[i + 1] - times_s_[i], u = t_s - times_s_[i];
   if (u == 0.0) return line(i);
   const double secant = (values_[i + 1] - values_[i]) / h;

@@ -20,17 +20,17 @@ struct NavigationLog {
   std::vector<double> roll_rad, pitch_rad;
   std::vector<double> heading_rad;        ///< if empty, the course is used
   std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0, if the places define it
-  std::vector<std::string> warnings;      ///< of its file
+  std::vector<std::string> warnings;      ///< warnings about the file of the log
 
   /// The number of rows that repeat the place of the row before.
   std::size_t repeated_places() const;
 };
 
 /// A column as a smooth function of time: cubics between the rows, straight lines beyond the ends.
-/// The slope at a row is that of the parabola through the row and its neighbours, so constant
+/// The slope at a row is the slope of the parabola through the row and its neighbours, so constant
 /// acceleration is reproduced exactly. Between two rows with the same value the function is
-/// constant. A gap in the rows is crossed in a straight line: the slopes at its ends belong to much
-/// shorter times.
+/// constant. Over a gap between rows the function is a straight line, because the slopes at the
+/// ends of the gap come from much shorter steps.
 class Spline {
  public:
   Spline() = default;  ///< always 0
@@ -41,7 +41,7 @@ class Spline {
   std::span<const double> times_s() const { return times_s_; }
 
  private:
-  bool is_gap(std::size_t i) const;                   // between row i and the next one
+  bool is_gap(std::size_t i) const;                   // whether a gap follows row i
   std::pair<double, double> cubic(double t_s) const;  // value and rate
   std::vector<double> times_s_, values_, rates_;
 };
@@ -50,11 +50,11 @@ class Spline {
 class RecordedTrack {
  public:
   /// With smooth_s > 0, places and heights are smoothed: at each row by the straight line that fits
-  /// the rows around it in least squares, with Gaussian weights of that half width (Cleveland, J.
-  /// Am. Stat. Assoc. 74, 829, 1979, without the robust iterations). A row that repeats the place
-  /// of an earlier row less than smooth_s before it is ignored: there the navigation was slower
-  /// than the recorder, and the vehicle did not stop. Throws std::invalid_argument for columns of
-  /// different lengths, times that do not ascend, or no rows.
+  /// the rows around it in least squares, with Gaussian weights of the half width smooth_s
+  /// (Cleveland, J. Am. Stat. Assoc. 74, 829, 1979, without the robust iterations). A row that
+  /// repeats the place of a row less than smooth_s earlier is ignored, because there the vehicle
+  /// did not stop: the navigation was slower than the recorder. Throws std::invalid_argument for
+  /// columns of different lengths, times that do not ascend, or no rows.
   RecordedTrack(const NavigationLog& log, double smooth_s);
 
   double begin_s() const { return begin_s_; }

@@ -28,7 +28,7 @@ struct Pose {
   double pitch_rate_radps = 0.0;
   double heading_rate_radps = 0.0;
 
-  /// The pose time_s later, at constant rates.
+  /// The pose after `time_s` at constant rates.
   Pose after(double time_s) const;
 };
 
@@ -42,17 +42,18 @@ enum class Vertical { depth, altitude };
 /// Where the vehicle goes and when it pings. Its random movements about this track are in motion.h.
 struct TrackOptions {
   TrackKind kind = TrackKind::line;
-  int pings = 600;  ///< of a line; the other kinds have as many as fit
+  int pings = 600;  ///< of a line; the length of the other kinds decides how many they have
   double speed_mps = 2.0;
-  double heading_rad = 0.0;    ///< of a line, or of the first leg
-  double middle_east_m = 0.0;  ///< local metres; a file's track is shifted by this
+  double heading_rad = 0.0;    ///< of a line, or of a lawn-mower's first leg
+  double middle_east_m = 0.0;  ///< local metres; the track of a file is shifted by it
   double middle_north_m = 0.0;
-  double altitude_m = 10.0;  ///< above the mean bed of the track, or, if kept, above the bed below
-  /// 0: the two-way time of the longest range; for a file, one ping per row.
+  /// Above the track's mean bed; with Vertical::altitude, above the bed straight below.
+  double altitude_m = 10.0;
+  /// Time between pings. 0: the two-way time of the longest range; for a file, one ping per row.
   double ping_interval_s = 0.0;
   Vertical vertical = Vertical::depth;
-  double follow_s = 5.0;   ///< time constant with which an altitude is kept
-  double climb_mps = 0.5;  ///< the fastest climb and dive to keep it
+  double follow_s = 5.0;   ///< time constant of the control that keeps the altitude
+  double climb_mps = 0.5;  ///< largest vertical speed of that control
   // lawn-mower
   int legs = 4;
   double leg_length_m = 60.0;
@@ -62,9 +63,9 @@ struct TrackOptions {
   // file
   InputFile file;
   std::shared_ptr<const NavigationLog>
-      log;                ///< its content, if it need not be read; in local metres
+      log;                ///< content of the file, in local metres, if the caller has read it
   double smooth_s = 0.0;  ///< time over which a file's places and heights are smoothed
-  std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< of the middle of the seabed
+  std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< the middle of the seabed
 };
 
 }  // namespace ensonify::engine

@@ -22,7 +22,7 @@ constexpr int looks = 5;  // rays; the corners of the faces they hit give planes
 constexpr int looks_per_plane = 5;  // rays; the crossed edges of the faces they hit give elevations
 constexpr double widest_rad = 0.6;  // half a fan's width
 
-/// Longest edge over smallest height.
+/// The longest edge divided by the smallest height.
 double thinness(refine::Triangles triangles, std::uint32_t face) {
   const Vector3d a = triangles.corner(face, 0), b = triangles.corner(face, 1),
                  c = triangles.corner(face, 2);

@@ -6,7 +6,6 @@
 #include <mutex>
 #include <optional>
 
-#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/check/adversarial_rays.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -242,15 +241,6 @@ class Comparison {
 };
 
 }  // namespace
-
-std::uint64_t rays_within_beam(const FanGrid& grid) {
-  std::uint64_t rays = 0;
-  for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
-    for_beam_ranges(grid, plane, [&](std::size_t from, std::size_t until, bool within) {
-      if (within) rays += until - from;
-    });
-  return rays;
-}
 
 std::vector<AgreementRow> compare(refine::Triangles triangles, const Intersector& reference,
                                   std::span<const Candidate> candidates,

@@ -6,15 +6,13 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/check/bent_rays.h>
 #include <ensonify/engine/trace/check/candidate_worker.h>
 #include <ensonify/engine/trace/check/limits.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
-
-/// The number of a fan's rays that are compared.
-std::uint64_t rays_within_beam(const FanGrid& grid);
 
 /// How far a comparison has come, and what it has found so far in all candidates' answers.
 struct AgreementProgress {

@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/trace/refraction/horizontal.h>
+#include <ensonify/engine/trace/refraction/ray_incidence.h>
 #include <ensonify/scatter/sound_ray.h>
 
 namespace ensonify::engine {

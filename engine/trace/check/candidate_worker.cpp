@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include <ensonify/engine/base/random.h>
-#include <ensonify/engine/trace/check/height_comparison.h>
 #include <ensonify/engine/trace/check/near_faces.h>
+#include <ensonify/engine/trace/check/ping_comparison.h>
 
 namespace ensonify::engine {
 namespace {
@@ -118,9 +118,8 @@ void CandidateWorker::compare_candidate(std::size_t c, const Faces& faces,
   PingHits& own_hits = hits_[c];
   own_hits.resize(fans.size());
   for (std::size_t i = 0; i < fans.size(); ++i) {
-    const bool has_twin = twins_[c] != c;
-    const std::span<const Hit> on_static =
-        has_twin ? std::span<const Hit>(hits_[twins_[c]][i]) : std::span<const Hit>();
+    std::span<const Hit> on_static;
+    if (twins_[c] != c) on_static = hits_[twins_[c]][i];
     if (every == 1) {
       comparison.fan(i, faces, fans[i], {expected_[i], on_static}, tally);
     } else {

@@ -18,8 +18,8 @@
 
 namespace ensonify::engine {
 
-/// A thing that is compared: a face source with an intersector. The candidate with static faces
-/// comes before the others with the same intersector, whose answers are also compared with its own.
+/// What is compared: a face source with an intersector. The candidate with static faces comes
+/// before the others with the same intersector, whose answers are also compared with its own.
 struct Candidate {
   std::string surface, intersector;  ///< names for the table
   /// Makes one worker's instance.
@@ -32,8 +32,8 @@ struct Candidate {
   std::function<std::unique_ptr<RefractedTracer>()> make_bent = {};
 };
 
-/// Every n-th ray of an item of work begins with this one, so that different items compare
-/// different rays.
+/// The first ray to compare of an item of work, where only every n-th ray is compared. It differs
+/// between items, so that they compare different rays.
 std::uint64_t first_turn(std::uint64_t number, std::uint64_t every);
 
 /// A function for the height of the bed at (x, y); it returns NaN where there is no bed.
@@ -106,7 +106,7 @@ class CandidateWorker {
   std::vector<std::unique_ptr<FacesWithBodies>> surfaces_;
   std::vector<FanComparison> comparisons_;
   std::vector<bool> takes_lists_;
-  std::vector<std::size_t> twins_;  // static faces, same intersector; itself if there is none
+  std::vector<std::size_t> twins_;  // the same intersector with static faces, or itself
   std::vector<std::unique_ptr<RefractedTracer>> bent_tracers_;
   std::vector<PingHits> hits_;  // of candidates that others are compared with
   std::vector<std::function<double(double, double)>> heights_;  // by height candidate

@@ -71,15 +71,8 @@ void FanComparison::fan(std::size_t number_of_fan, const Faces& faces, const Ray
       const Hit& hit = found_[number];
       if (!fan.grid->within_beam(plane, j) && !hit && run_of_[j] == no_run) continue;
       const Ray ray = fan.ray(plane, j);
-      const Hit& by_reference = expected.by_reference[number];
-      const bool index = leads_to_face(faces.triangles, hit);
-      const bool run = run_agrees(fan, j, of, run_of_[j], ray, by_reference, hit);
-      const bool like = expected.on_static.empty() || same_bits(expected.on_static[number], hit);
-      tally.wrong_index += !index;
-      tally.wrong_run += !run;
-      tally.unlike_static += !like;
-      add(ray, by_reference, hit, index && run && (like || precision_ == Precision::in_float),
-          tally);
+      const bool run = run_agrees(fan, j, of, run_of_[j], ray, expected.by_reference[number], hit);
+      add(faces, ray, number, expected, run, tally);
     }
   }
 }
@@ -88,14 +81,7 @@ void FanComparison::list(const Faces& faces, std::span<const Ray> rays,
                          const ExpectedHits& expected, AgreementCounts& tally) {
   found_.resize(rays.size());
   faces.intersector->intersect(rays, found_);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool index = leads_to_face(faces.triangles, found_[i]);
-    const bool like = expected.on_static.empty() || same_bits(expected.on_static[i], found_[i]);
-    tally.wrong_index += !index;
-    tally.unlike_static += !like;
-    add(rays[i], expected.by_reference[i], found_[i],
-        index && (like || precision_ == Precision::in_float), tally);
-  }
+  for (std::size_t i = 0; i < rays.size(); ++i) add(faces, rays[i], i, expected, true, tally);
 }
 
 /// Whether the index leads to the face's number and to the mesh's corners, in order and to the bit.
@@ -132,8 +118,16 @@ bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, const R
          std::abs(range_m - expected.t) <= tolerance_m(hit.face);
 }
 
-void FanComparison::add(const Ray& ray, const Hit& expected, const Hit& hit, bool sound,
-                        AgreementCounts& tally) const {
+/// Counts the ray with this number. `run`: whether its run agrees with its hit.
+void FanComparison::add(const Faces& faces, const Ray& ray, std::size_t number,
+                        const ExpectedHits& hits, bool run, AgreementCounts& tally) const {
+  const Hit &expected = hits.by_reference[number], &hit = found_[number];
+  const bool index = !hit || leads_to_face(faces.triangles, hit.index, hit.face);
+  const bool like = hits.on_static.empty() || same_bits(hits.on_static[number], hit);
+  tally.wrong_index += !index;
+  tally.wrong_run += !run;
+  tally.unlike_static += !like;
+  const bool sound = index && run && (like || precision_ == Precision::in_float);
   const Verdict verdict =
       sound ? judge_->judge(ray, expected, hit, precision_) : Verdict::unexplained;
   tally.add(verdict, {ray, expected, hit});

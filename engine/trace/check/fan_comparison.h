@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <ensonify/engine/trace/check/judge.h>
@@ -30,7 +29,7 @@ struct AgreementCounts {
   std::uint64_t unlike_static = 0;  ///< rays whose bits differ from those with static faces
   /// Hits whose Hit::index leads to another face than Hit::face, or to other corners.
   std::uint64_t wrong_index = 0;
-  /// Hits whose run in the echo is of another face, or has it at another place.
+  /// Hits whose run in the echo has another face, or the face at another place.
   std::uint64_t wrong_run = 0;
   std::vector<Difference> unexplained;  ///< the first few
 
@@ -68,8 +67,8 @@ class FanComparison {
   /// Prepares the face source for the fans of a ping, and keeps their runs as the echo gets them.
   /// Returns the faces for fan().
   Faces prepare(FaceSource& surface, std::span<const RayFan> fans);
-  /// All rays of the fan with this number within its beam; a ray outside counts only if it hits,
-  /// which it must not. `expected` by ray number. Afterwards found() are the hits.
+  /// Compares all rays within the beam of fan `number`. A ray outside the beam must not hit, and
+  /// counts only if it does. `expected` is by ray number. Afterwards found() returns the hits.
   void fan(std::size_t number, const Faces& faces, const RayFan& fan, const ExpectedHits& expected,
            AgreementCounts& tally);
   /// The same for a list of rays.
@@ -86,14 +85,11 @@ class FanComparison {
     std::vector<bool> wrong_index;  // by run
   };
   bool leads_to_face(refine::Triangles triangles, std::uint32_t index, std::uint32_t face) const;
-  bool leads_to_face(refine::Triangles triangles, const Hit& hit) const {
-    return !hit || leads_to_face(triangles, hit.index, hit.face);
-  }
   void check_indices(refine::Triangles triangles, Runs& of) const;
   bool run_agrees(const RayFan& fan, std::size_t elevation, const Runs& of, std::size_t run,
                   const Ray& ray, const Hit& expected, const Hit& hit) const;
-  void add(const Ray& ray, const Hit& expected, const Hit& hit, bool sound,
-           AgreementCounts& tally) const;
+  void add(const Faces& faces, const Ray& ray, std::size_t number, const ExpectedHits& hits,
+           bool run, AgreementCounts& tally) const;
 
   const Judge* judge_;
   Precision precision_;

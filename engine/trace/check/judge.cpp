@@ -30,6 +30,12 @@ double distance_to_segment(const Vector3d& p, const Vector3d& q) {
   return (p + along * (q - p)).norm();
 }
 
+/// From the origin to the nearest edge of a triangle.
+double distance_to_edges(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  return std::min(
+      {distance_to_segment(a, b), distance_to_segment(b, c), distance_to_segment(c, a)});
+}
+
 double largest(const Vector3d& v) { return v.cwiseAbs().maxCoeff(); }
 
 }  // namespace
@@ -119,9 +125,7 @@ Judge::SeenFace Judge::see(const Ray& ray, std::uint32_t face, Precision precisi
                         std::abs(normal.dot(s.across[2]))}) /
               normal.norm();
   s.rounding_m = s.by.steps * s.by.rounding * s.largest_m * longest2 / std::abs(normal.dot(unit));
-  s.edge_m = std::min({distance_to_segment(s.across[0], s.across[1]),
-                       distance_to_segment(s.across[1], s.across[2]),
-                       distance_to_segment(s.across[2], s.across[0])});
+  s.edge_m = distance_to_edges(s.across[0], s.across[1], s.across[2]);
   // Of the parts across the ray: products of whole corners would lose e r^2 of a face that is far.
   const auto side = [&](std::size_t from, std::size_t to) {
     return unit.dot(s.across[from].cross(s.across[to]));
@@ -198,9 +202,7 @@ bool Judge::surface_all_around(const SeenFace& seen, const Hit& hit) const {
     // behind a ridge, where both lie in a plane of the grid, does not count.
     const Vector3d at = range_m * unit;
     const auto& [a, b, c] = other.corners;
-    const double apart_m =
-        std::min({distance_to_segment(a - at, b - at), distance_to_segment(b - at, c - at),
-                  distance_to_segment(c - at, a - at)});
+    const double apart_m = distance_to_edges(a - at, b - at, c - at);
     if (apart_m > 2.0 * away_m + 0.01 * other.longest_edge_m) return false;
   }
   return true;

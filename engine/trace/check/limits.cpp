@@ -12,6 +12,25 @@ namespace {
 // 1000 rows.
 constexpr std::uint64_t few_rays = 10000;
 
+/// Limits with these shares, for the first counts of `all`.
+template <std::size_t size>
+constexpr std::array<Limit, size> table(const double (&shares)[size]) {
+  constexpr std::array all{
+      Limit{.name = "tie", .verdict = Verdict::tie, .share = 0.0},
+      Limit{.name = "end", .verdict = Verdict::end, .share = 0.0},
+      Limit{.name = "edge", .verdict = Verdict::edge, .share = 0.0},
+      Limit{.name = "leak", .verdict = Verdict::leak, .share = 0.0},
+      Limit{.name = "coplanar", .verdict = Verdict::coplanar, .share = 0.0},
+      Limit{.name = "coarse", .count = &AgreementCounts::coarse, .share = 0.0},
+      Limit{.name = "unlike_static", .count = &AgreementCounts::unlike_static, .share = 0.0}};
+  std::array<Limit, size> some{};
+  for (std::size_t i = 0; i < size; ++i) {
+    some[i] = all[i];
+    some[i].share = shares[i];
+  }
+  return some;
+}
+
 }  // namespace
 
 // Sound back-ends needed at most these shares at 2e5 rays on ripples, clutter, mines and rocky. In
@@ -24,43 +43,12 @@ constexpr std::uint64_t few_rays = 10000;
 // have the same limits with every intersector, because few of them ask it: of 1.2 million
 // (refracted_agreement_test.cpp) at most 5e-4 of a scene's were ties, 1e-5 edges.
 std::span<const Limit> limits(RaySource source, Precision precision) {
-  static constexpr std::array scene_in_double{
-      Limit{"tie", nullptr, Verdict::tie, 1e-4},
-      Limit{"end", nullptr, Verdict::end, 1e-4},
-      Limit{"edge", nullptr, Verdict::edge, 1e-5},
-      Limit{"leak", nullptr, Verdict::leak, 0.0},
-      Limit{"coplanar", nullptr, Verdict::coplanar, 1e-5},
-  };
-  static constexpr std::array aimed_in_double{
-      Limit{"tie", nullptr, Verdict::tie, 0.5},
-      Limit{"end", nullptr, Verdict::end, 0.01},
-      Limit{"edge", nullptr, Verdict::edge, 0.01},
-      Limit{"leak", nullptr, Verdict::leak, 0.0},
-      Limit{"coplanar", nullptr, Verdict::coplanar, 0.01},
-  };
-  static constexpr std::array scene_in_float{
-      Limit{"tie", nullptr, Verdict::tie, 1e-3},
-      Limit{"end", nullptr, Verdict::end, 1e-4},
-      Limit{"edge", nullptr, Verdict::edge, 1e-4},
-      Limit{"leak", nullptr, Verdict::leak, 1e-5},
-      Limit{"coplanar", nullptr, Verdict::coplanar, 1e-4},
-      Limit{"coarse", &AgreementCounts::coarse, Verdict::same, 0.05},
-      Limit{"unlike_static", &AgreementCounts::unlike_static, Verdict::same, 1e-3},
-  };
-  static constexpr std::array aimed_in_float{
-      Limit{"tie", nullptr, Verdict::tie, 0.6},
-      Limit{"end", nullptr, Verdict::end, 0.2},
-      Limit{"edge", nullptr, Verdict::edge, 0.2},
-      Limit{"leak", nullptr, Verdict::leak, 0.005},
-      Limit{"coplanar", nullptr, Verdict::coplanar, 0.2},
-      Limit{"coarse", &AgreementCounts::coarse, Verdict::same, 0.4},
-      Limit{"unlike_static", &AgreementCounts::unlike_static, Verdict::same, 0.1},
-  };
-  static constexpr std::array of_bent_rays{
-      Limit{"tie", nullptr, Verdict::tie, 5e-3},
-      Limit{"end", nullptr, Verdict::end, 5e-3},
-      Limit{"edge", nullptr, Verdict::edge, 5e-3},
-  };
+  // tie, end, edge, leak, coplanar, coarse, unlike_static
+  static constexpr auto scene_in_double = table({1e-4, 1e-4, 1e-5, 0.0, 1e-5});
+  static constexpr auto aimed_in_double = table({0.5, 0.01, 0.01, 0.0, 0.01});
+  static constexpr auto scene_in_float = table({1e-3, 1e-4, 1e-4, 1e-5, 1e-4, 0.05, 1e-3});
+  static constexpr auto aimed_in_float = table({0.6, 0.2, 0.2, 0.005, 0.2, 0.4, 0.1});
+  static constexpr auto of_bent_rays = table({5e-3, 5e-3, 5e-3});
   if (source == RaySource::bent) return of_bent_rays;
   if (precision == Precision::exact) return {};
   const bool aimed = source == RaySource::aimed_fans || source == RaySource::aimed_rays;

@@ -24,8 +24,8 @@ struct AgreementRow : AgreementCounts {
   Precision precision = Precision::exact;
 };
 
-/// The largest share of a row's rays that may get a verdict, or be `coarse` or `unlike_static`; of
-/// few rays more may, see most_allowed().
+/// The largest share of a row's rays that may get a verdict, or be `coarse` or `unlike_static`; a
+/// larger share is allowed of few rays, see most_allowed().
 struct Limit {
   std::string_view name;
   /// The count that is limited; null: the count of `verdict`, for ties without overlaps.
@@ -39,8 +39,8 @@ struct Limit {
 };
 /// The limits for rays as in runs (scene, bodies), for rays aimed at weak places, or for bent rays.
 std::span<const Limit> limits(RaySource source, Precision precision);
-/// The most of this many rays that the limit allows: its share of them, or of 10,000 if they are
-/// fewer, and one ray at least; none if the share is 0.
+/// How many of `rays` rays the limit allows: its share of them, or of 10,000 rays if there are
+/// fewer, and at least one ray; none if the share is 0.
 double most_allowed(const Limit& limit, std::uint64_t rays);
 bool exceeds(const Limit& limit, const AgreementCounts& tally);
 /// The names of the limits that a row exceeds.

@@ -74,7 +74,7 @@ struct NearestHit : EmbreeQuery {
     using Numbers __attribute__((vector_size(lanes * sizeof(Number)))) = Number;
   };
 
-  // Embree drops hits that are not valid afterwards.
+  // Embree drops each hit whose `valid` is 0 afterwards.
   template <unsigned lanes>
   [[gnu::always_inline]] static void filter_lanes(const RTCFilterFunctionNArguments* args) {
     using Floats = typename Register<float, lanes>::Numbers;

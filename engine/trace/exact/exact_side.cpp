@@ -67,7 +67,7 @@ class ExactSum {
   static constexpr int digit_bits = 32;
   static constexpr std::int64_t digit_mask = 0xffffffff;
   static constexpr int lowest_exponent = -2424;
-  static constexpr int highest_exponent = 180 + 5;  // of a sum of 18
+  static constexpr int highest_exponent = 180 + 5;  // of a sum of 18 products
 
   void put(bool negative, std::size_t first, Wide value) {
     for (std::size_t i = first; i < first + 4; ++i, value >>= digit_bits) {

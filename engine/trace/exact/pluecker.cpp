@@ -28,10 +28,31 @@ class Pluecker final : public RayByRay {
   BoxTree tree_;
 };
 
+class BruteForce final : public RayByRay {
+ public:
+  using RayByRay::RayByRay;
+  void build(refine::Triangles triangles) override { faces_.build(triangles, stop_check()); }
+
+  std::string_view code_path() const override { return "portable"; }
+
+ private:
+  Hit nearest(const Ray& ray) const override {
+    PlueckerQuery query(ray);
+    for (std::uint32_t face = 0; face < faces_.count(); ++face) faces_.meet(query, face);
+    return query.nearest();
+  }
+
+  PlueckerFaces faces_;
+};
+
 }  // namespace
 
 std::unique_ptr<Intersector> make_pluecker(const IntersectorOptions& options) {
   return std::make_unique<Pluecker>(options);
+}
+
+std::unique_ptr<Intersector> make_brute_force(const IntersectorOptions& options) {
+  return std::make_unique<BruteForce>(options);
 }
 
 }  // namespace ensonify::engine

@@ -14,4 +14,7 @@ namespace ensonify::engine {
 /// 150 bytes for each, 180 while it is built.
 std::unique_ptr<Intersector> make_pluecker(const IntersectorOptions& options);
 
+/// The same test for every face and every ray, without a tree: slow, with the same bits.
+std::unique_ptr<Intersector> make_brute_force(const IntersectorOptions& options);
+
 }  // namespace ensonify::engine

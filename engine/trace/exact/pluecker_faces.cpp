@@ -31,7 +31,8 @@ float above(double x) {
 
 }  // namespace
 
-// Doubling is exact. The limit may be off by half the smallest denormal; 2^-1000 covers that.
+// Scaling the direction by a power of two is exact. The limit may be off by half the smallest
+// denormal; 2^-1000 covers that.
 PlueckerQuery::PlueckerQuery(const Ray& ray)
     : doublings_(doublings_of(ray)),
       origin_(ray.origin),

@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include <ensonify/engine/trace/face_sources/scanned_grid.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/grid_footprint.h>
@@ -33,7 +32,7 @@ struct Refined {
   void reset() { mesh.reset(); }
 };
 
-/// The same of a bed in clusters.
+/// The active mesh of a bed in clusters.
 struct RefinedClusters {
   std::shared_ptr<refine::MeshClusters> clusters;
   refine::ActiveClusters active{*clusters};
@@ -61,7 +60,7 @@ struct Walked {
   void reset() {}
 };
 
-/// The same of a bed of heights.
+/// The query over a bed of heights and its objects.
 struct Gridded {
   std::shared_ptr<const refine::HeightGrid> grid;
   std::shared_ptr<const refine::BallTree> objects;
@@ -80,7 +79,7 @@ struct Gridded {
   void reset() {}
 };
 
-/// The objects on such a bed, without it.
+/// The query over the objects on a bed of heights, without the bed.
 struct ObjectFaces {
   std::shared_ptr<const refine::HeightGrid> grid;
   std::shared_ptr<const refine::BallTree> objects;
@@ -117,7 +116,7 @@ double turned_m(const FanVolume& from, const FanVolume& to) {
                         (from.middle - to.middle).norm() + (from.pole - to.pole).norm();
   return turned * std::max(from.range_m, to.range_m);
 }
-/// The same for rotation and translation.
+/// The same bound for rotation and translation together.
 double moved_m(const FanVolume& from, const FanVolume& to) {
   return (to.apex - from.apex).norm() + turned_m(from, to);
 }
@@ -138,14 +137,12 @@ struct Stage {
   refine::Triangles triangles;
   std::vector<FanVolume> built;  // empty while there are no faces
 
-  /// Whether they include all faces that `volumes` can touch.
+  /// Whether the stage has all faces that `volumes` can touch.
   bool holds(std::span<const FanVolume> volumes) const {
-    if (volumes.size() != built.size() || volumes.empty()) return false;
-    for (std::size_t i = 0; i < volumes.size(); ++i)
-      if (!same_shape(volumes[i], built[i]) ||
-          moved_m(built[i], volumes[i]) + volumes[i].margin_m > built[i].margin_m)
-        return false;
-    return true;
+    return !volumes.empty() &&
+           std::ranges::equal(built, volumes, [](const FanVolume& from, const FanVolume& to) {
+             return same_shape(to, from) && !(moved_m(from, to) + to.margin_m > from.margin_m);
+           });
   }
 };
 
@@ -168,8 +165,8 @@ class ExactFaces final : public FaceSource {
       if constexpr (can_make_ready) look_far_ahead();
       const bool ready = ahead_.finish();
       if (std::exchange(fault_ahead_, false)) source_.reset();
-      // Only if it is what would be built now: results must not depend on whether a thread was
-      // free.
+      // The other stage is used only if it is what would be built now, because results must not
+      // depend on whether a thread was free.
       if (ready && stages_[1 - turn_].built == wide_)
         turn_ = 1 - turn_;
       else
@@ -217,8 +214,8 @@ class ExactFaces final : public FaceSource {
     for (std::size_t i = 0; i < wide.size(); ++i) {
       const Eigen::Vector3d half_way = 0.5 * more * (volumes[i].apex - before[i].apex);
       // Origins are rounded to floats: by up to sqrt(3) u of their largest coordinate, u = 2^-24.
-      // That counts once in the last apex, 1 + more times in the middle and `more` times in half
-      // the way: 2 sqrt(3) (1 + more) u.
+      // This error counts once in the last apex, 1 + more times in the middle and `more` times in
+      // half the way: 2 sqrt(3) (1 + more) u.
       const double rounding_m = 0x1p-22 * (1.0 + more) * wide[i].apex.lpNorm<Eigen::Infinity>();
       wide[i].apex += half_way;
       wide[i].margin_m += half_way.norm() + more * turned_m(before[i], volumes[i]) + rounding_m;
@@ -233,7 +230,7 @@ class ExactFaces final : public FaceSource {
     stage.intersector->build(stage.triangles);
     std::swap(stage.built, volumes);
   }
-  /// An error here is dropped: the ping that needs these faces builds them and meets it again.
+  /// Drops any error, because the ping that needs these faces builds them again and gets the error.
   void build_ahead() noexcept {
     try {
       build(1 - turn_, wide_ahead_);
@@ -241,7 +238,7 @@ class ExactFaces final : public FaceSource {
       fault_ahead_ = true;
     }
   }
-  /// Prepares what takes long for pings that come much later, if the motion continues.
+  /// Starts what takes long to prepare for much later pings, if the motion continues.
   void look_far_ahead() {
     if (far_ahead_.is_running() || !go_on(last_, wanted_)) return;
     far_ahead_.finish();
@@ -250,7 +247,7 @@ class ExactFaces final : public FaceSource {
       far_[i].apex += far_ahead_pings * (wanted_[i].apex - last_[i].apex);
     far_wanted_ = true;
   }
-  /// An error here is dropped, as in build_ahead().
+  /// Drops any error, as build_ahead() does.
   void make_far_ready() noexcept {
     if constexpr (can_make_ready) try {
         source_.make_ready(far_);
@@ -260,10 +257,9 @@ class ExactFaces final : public FaceSource {
   /// Whether to expect that the motion continues: not at the first ping, nor after a leap (the end
   /// of a line).
   static bool go_on(const std::vector<FanVolume>& before, const std::vector<FanVolume>& volumes) {
-    if (before.size() != volumes.size()) return false;
-    for (std::size_t i = 0; i < volumes.size(); ++i)
-      if (moved_m(before[i], volumes[i]) > leap_of_range * volumes[i].range_m) return false;
-    return true;
+    return std::ranges::equal(before, volumes, [](const FanVolume& from, const FanVolume& to) {
+      return !(moved_m(from, to) > leap_of_range * to.range_m);
+    });
   }
 
   static constexpr double leap_of_range = 0.05;
@@ -281,7 +277,7 @@ class ExactFaces final : public FaceSource {
   std::array<Stage, 2> stages_;
   std::size_t turn_ = 0;  // the stage in use
   std::uint64_t version_ = 0;
-  std::vector<FanVolume> wanted_, last_, wide_;  // of a ping; wide_: and of the next pings
+  std::vector<FanVolume> wanted_, last_, wide_;  // wide_ also covers the next pings
   std::vector<FanVolume> announced_, before_announced_, wide_ahead_, far_;
   bool fault_ahead_ = false, far_wanted_ = false;
   // Declared last: they use the other members.

@@ -1,7 +1,6 @@
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
@@ -50,7 +49,7 @@ FacesWithBodies::FacesWithBodies(std::unique_ptr<FaceSource> fixed, std::uint32_
       fixed_faces_(fixed_faces),
       nearest_(make_intersector(parts.intersector, {}, parts.options.of_one_ping())) {}
 
-/// Includes a margin for the rounding of the vertices to floats.
+/// The sphere around the body at its place, with a margin for the rounding of vertices to floats.
 refine::Sphere FacesWithBodies::Body::ball() const {
   const Eigen::Vector3f middle = (place * around.centre.cast<double>()).cast<float>();
   return {middle, around.radius + 1e-6f * (around.radius + middle.norm())};
@@ -91,7 +90,7 @@ Faces FacesWithBodies::prepare(std::span<const RayFan> fans) {
 TracedFaces FacesWithBodies::prepare_runs(std::span<const RayFan> fans) {
   find_wanted(fans);
   if (wanted_.empty()) return without_bodies(fixed_->prepare_runs(fans));
-  return with_bodies(fixed_->prepare(fans));  // a body's hits are compared with the fixed faces'
+  return with_bodies(fixed_->prepare(fans));  // needs hits, to compare them with bodies' hits
 }
 
 TracedFaces FacesWithBodies::prepare_bed(std::span<const RayFan> fans) {
@@ -111,7 +110,8 @@ void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
       wanted_.push_back(body);
 }
 
-/// What the fixed source prepared alone, with the version that it has among all that this prepares.
+/// Returns what the fixed source prepared, if the fans touch no body. Adds the version of this
+/// source to the version of the faces.
 TracedFaces FacesWithBodies::without_bodies(TracedFaces fixed) {
   if (std::exchange(joined_, false)) ++version_;
   if (bodies_.empty()) release();
@@ -123,7 +123,7 @@ TracedFaces FacesWithBodies::without_bodies(TracedFaces fixed) {
   return fixed;
 }
 
-/// The fixed faces and the wanted bodies'.
+/// Returns the fixed faces together with the faces of the wanted bodies.
 Faces FacesWithBodies::with_bodies(const Faces& fixed) {
   if (std::exchange(joined_, true)) ++version_;
   const bool moved =

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -16,20 +15,21 @@
 namespace ensonify::engine {
 
 /// A fixed face source plus bodies that move. The bodies that the fans can touch have a small tree.
-/// It is rebuilt when one of them is added, removed or moved. The nearer of the two hits counts; at
-/// equal distance the fixed one. All faces of a body have the number fixed_faces + body.
+/// It is rebuilt when one of them is added, removed or moved. The nearer hit of a body and of a
+/// fixed face counts; at equal distance the hit of the fixed face. All faces of a body have the
+/// number fixed_faces + body.
 class FacesWithBodies final : public FaceSource {
  public:
-  /// `fixed_faces` is how many numbers the fixed source's faces use; the bodies' tree is of the
-  /// intersector that the parts name.
+  /// The faces of the fixed source have numbers below `fixed_faces`. The intersector that `parts`
+  /// names builds the tree of the bodies.
   FacesWithBodies(std::unique_ptr<FaceSource> fixed, std::uint32_t fixed_faces,
                   const FaceSourceParts& parts);
 
   /// The lowest number that no body has.
   std::size_t free_body() const;
-  /// Returns the body's number: the free one. `place` transforms the mesh's coordinates (m)
-  /// to local ones. Throws refine::MeshError for a face with a vertex that does not exist or is
-  /// not finite.
+  /// Adds a body and returns its number, which is free_body(). `place` transforms the mesh's
+  /// coordinates (m) to local ones. Throws refine::MeshError for a face with a vertex that does not
+  /// exist or is not finite.
   std::size_t add(refine::TriangleMesh mesh, const Eigen::Isometry3d& place);
   void move(std::size_t body, const Eigen::Isometry3d& place);
   void remove(std::size_t body);

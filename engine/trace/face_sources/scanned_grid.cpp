@@ -1,5 +1,3 @@
-#include <ensonify/engine/trace/face_sources/scanned_grid.h>
-
 #include <utility>
 #include <vector>
 
@@ -61,7 +59,7 @@ class ScannedGrid final : public FaceSource {
 
  private:
   enum class Given { nothing, all_faces, objects };
-  /// A number that differs from the last one if other faces are given, by their own version.
+  /// A number that changes if the kind of the given faces, or their own version `own`, changes.
   std::uint64_t version_of(Given given, std::uint64_t own) {
     if (given_ != given || own_version_ != own) ++version_;
     given_ = given;

@@ -51,15 +51,16 @@ HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
   return {weight_p * p.x + weight_q * q.x, weight_p * p.y + weight_q * q.y};
 }
 
-// A crossing's q (fan_tables.h), if it is in front.
+// The q (fan_tables.h) of a crossing in front of the pole; 0 for other crossings.
 HWY_INLINE V order_of(M in_front, const Crossing& at) {
   const V across = hn::IfThenElse(in_front, at.x + hn::Abs(at.y), hn::Set(d, 1.0));
   return hn::IfThenElseZero(in_front, at.y) / across;
 }
 
 // How many of the plane's rays are below a crossing. It depends on the crossing alone, so faces
-// that share a crossing get the same number. First a guess: comparing one ray decides whether the
-// guess or one more is right, unless the guess is marked as possibly far off.
+// that share a crossing get the same number. The search starts from a guess. Then a comparison with
+// one ray decides whether the guess or one more is right, unless the guess is marked as possibly
+// far off.
 struct Guess {
   hn::Vec<I> below;
   M far_off;

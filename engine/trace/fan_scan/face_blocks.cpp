@@ -35,7 +35,8 @@ HWY_INLINE M has_area(const Corners& face) {
   return hn::Gt(largest, hn::Set(d, thinnest) * length2);
 }
 
-// The corners of a block's faces, coordinate by coordinate. After the last face, repeats it.
+// Copies the corners of a block's faces, coordinate by coordinate. Places after the last face
+// repeat the last face.
 HWY_INLINE bool gather(const FaceLayout& layout, std::int64_t first, float* to) {
   for (std::int64_t i = 0; i < block_faces; ++i) {
     const std::int64_t number = first + i < layout.face_count ? first + i : layout.face_count - 1;
@@ -154,7 +155,7 @@ void FaceBlocks::take(refine::Triangles triangles) {
       low[block] = static_cast<float>(0.5 * (from + until));
       high[block] = above(std::max(until - low[block], low[block] - from));
     }
-    std::fill(low + blocks, low + in_row, 0.0f);  // the padding is never met: see find_blocks
+    std::fill(low + blocks, low + in_row, 0.0f);  // find_blocks() skips the padding
     std::fill(high + blocks, high + in_row, 0.0f);
   }
 }

@@ -35,7 +35,7 @@ struct FaceBlocks {
 /// What the loop of FaceBlocks::take() reads and writes, as plain arrays (see ScanArgs). A box is
 /// written as lowest x, y, z and highest x, y, z.
 struct FaceLayout {
-  const float* positions;  ///< x y z of each
+  const float* positions;  ///< x, y and z of each position
   std::int64_t position_count;
   const std::uint32_t* faces;  ///< three positions each
   std::int64_t face_count;

@@ -26,7 +26,7 @@ struct Scratch {
   CacheLines<std::int64_t> counts, claimed_from, claimed_until;
   CacheLines<MetBlock> blocks_met;
   CacheLines<std::uint32_t> index, nearest, doubtful;
-  CacheLines<float> nearness;  // 0 between queries; nearest is no_candidate
+  CacheLines<float> nearness;  // 0 between queries; `nearest` is then no_candidate
   CacheLines<double> forms, face_planes;
 };
 
@@ -36,8 +36,8 @@ auto* at_least(Vector& vector, std::size_t size) {
   return vector.data();
 }
 
-/// Where a ray meets a face whose interval contains it, if rounding may spoil the quotient t: the
-/// ray sees the face edge on, or begins on it.
+/// The hit of a ray on a face whose interval contains the ray, where rounding may spoil the
+/// quotient t because the ray sees the face edge on or begins on it.
 Hit place_on_face(refine::Triangles triangles, std::uint32_t index, const Ray& ray) {
   const Vector3d a = triangles.corner(index, 0) - ray.origin,
                  b = triangles.corner(index, 1) - ray.origin,
@@ -133,7 +133,8 @@ class FanScan final : public Intersector {
     std::unique_ptr<Scratch> scratch_;
   };
 
-  /// Fills the z-buffer with what the fan's rays are nearest to. Reading it must clear it.
+  /// Fills the z-buffer with the nearest face of each ray. The function that reads the z-buffer
+  /// must clear it.
   ScanArgs scan(const RayFan& fan, const FanTables& tables, Scratch& scratch,
                 bool hits_wanted) const {
     ScanArgs args = args_for(fan, tables);

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include <ensonify/engine/trace/beam_ranges.h>
-#include <ensonify/engine/trace/fan_scan/scan_kernel.h>
 #include <ensonify/engine/trace/intersector.h>
 
 namespace ensonify::engine {

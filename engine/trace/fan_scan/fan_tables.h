@@ -51,11 +51,12 @@ class FanTables {
 /// few grids.
 class KnownFanTables {
  public:
-  /// As FanTables::take(), if they are not among these. Valid until the next call.
+  /// Returns the tables of a grid. If they are not kept, makes them as FanTables::take() does.
+  /// Valid until the next call.
   const FanTables& of(const std::shared_ptr<const FanGrid>& grid);
 
  private:
-  std::vector<std::unique_ptr<FanTables>> known_;  // the last one first
+  std::vector<std::unique_ptr<FanTables>> known_;  // the one used last is first
 };
 
 }  // namespace ensonify::engine

@@ -1,4 +1,5 @@
-// Turns a scan's z-buffer into hits or into runs of rays. Compiled as scan_kernel.cpp is.
+// Turns a scan's z-buffer into hits or into runs of rays. Compiled once per Highway target, as
+// scan_kernel.cpp is.
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_scan/scan_harvest.cpp"
@@ -28,7 +29,7 @@ HWY_INLINE hn::Vec<Half> load(const std::uint32_t* from) {
   return hn::LoadU(half, reinterpret_cast<const std::int32_t*>(from));
 }
 
-// From rows of four numbers each; `first` is where the rows begin.
+// Reads face planes from rows of four numbers each. `first` has the index at which each row begins.
 HWY_INLINE FacePlane gather_face_plane(const double* rows, hn::Vec<I> first) {
   const auto [x, y] = gather_pair(d, rows, first);
   const auto [z, distance] = gather_pair(d, rows + 2, first);

@@ -108,10 +108,10 @@ HWY_INLINE double* crossings_of(const ScanBatch& batch, std::int64_t plane) {
 // Appends those faces of a block to the batch that may cross a plane of the fan, decided in float:
 // in front of the pole a face covers the range of azimuths of its corners; x / y is the tangent.
 //
-// Places relative to the origin have errors of 2^-24 of the origin's coordinates and a few times
-// that of their own, so x and y of less than e = 2^-21 of both. Where y is more than 2 e, the error
-// of x / y is less than 2 e (1 + |x / y|) / y. Twice that is allowed, for rounding in this
-// function.
+// Coordinates relative to the origin have errors of 2^-24 of the origin's coordinates plus a few
+// times 2^-24 of their own size. So x and y have errors below e = 2^-21 of the sum of both sizes.
+// Where y is more than 2 e, the error of x / y is less than 2 e (1 + |x / y|) / y. Twice that is
+// allowed, for rounding in this function.
 HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, const MetBlock& met,
                           std::uint32_t* index) {
   constexpr F f;
@@ -225,7 +225,7 @@ struct Claim {
   bool on_edge;  // float is not enough for 1 / t
 };
 
-// From the face's corners. Hits and runs share this one computation.
+// The claim in double, from the face's corners. Hits and runs share this one computation.
 HWY_NOINLINE PreciseClaim precise_claim(const ScanArgs& args, std::uint32_t candidate,
                                         std::int64_t plane) {
   const std::int64_t index = args.index[candidate];
@@ -253,9 +253,9 @@ HWY_INLINE bool nearer(const ScanArgs& args, const PreciseClaim& face, std::uint
   return args.numbers[i] < args.numbers[j];
 }
 
-// The face claims those of rays [from, until) of a plane to which it is nearer than all before it,
-// decided in double where float is not enough. It is called rarely and is a separate function, so
-// that claim_row keeps its values in registers.
+// The face claims each of the rays [from, until) of a plane on which it is nearer than all faces
+// before. Double decides where float is not enough. It is called rarely and is a separate function,
+// so that claim_row keeps its values in registers.
 HWY_NOINLINE void claim_carefully(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                                   std::int64_t until, Claim face) {
   const PreciseClaim precise = precise_claim(args, face.candidate, plane);
@@ -276,7 +276,7 @@ HWY_NOINLINE void claim_carefully(const ScanArgs& args, std::int64_t plane, std:
   }
 }
 
-// The same, decided in float until a ray needs double.
+// The same claim, decided in float until a ray needs double.
 HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                           std::int64_t until, const Claim& face) {
   constexpr F f;
@@ -319,7 +319,8 @@ HWY_INLINE void claim_rays(const ScanArgs& args, std::int64_t plane, std::int64_
   if (until > last) claim(from > last ? from : last, until);
 }
 
-// A face that goes through the origin meets all of a plane's rays there, except those in its plane.
+// A face that contains the origin meets all rays of a plane at the origin, except rays that lie in
+// the face.
 HWY_NOINLINE void claim_at_origin(const ScanArgs& args, std::int64_t plane, double order_in_face,
                                   Claim face) {
   face.least = face.greatest = nearest_of_all;
@@ -423,8 +424,8 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
   if (end > batch.claimed_until[plane]) batch.claimed_until[plane] = end;
 }
 
-// Goes round the planes with one face each: by the time a plane gets its next face, its row's last
-// stores can be read again.
+// Takes one face of each plane in turn, because when a plane gets its next face, the last stores to
+// its row can be read again without waiting.
 HWY_INLINE void claim_intervals(const ScanArgs& args, ScanBatch& batch,
                                 std::int64_t first_candidate) {
   for (std::int64_t i = 0, left = 1; left > 0; ++i) {
@@ -443,8 +444,8 @@ HWY_INLINE void claim_intervals(const ScanArgs& args, ScanBatch& batch,
 
 }  // namespace
 
-// A plane may meet a block that is within range, on both sides of it and not behind, unless all of
-// the block is at elevations that the plane leaves out.
+// A plane may meet a block that is within range, extends to both sides of the plane and is not all
+// behind the pole, unless all of the block is at elevations that the plane leaves out.
 void find_blocks(ScanArgs& args) {
   const Frame frame = laid(args.frame);
   const V range2 = hn::Set(d, args.range_m * args.range_m);

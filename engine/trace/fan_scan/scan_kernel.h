@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 
 #include <ensonify/engine/simd/cache_lines.h>
@@ -49,8 +48,8 @@ struct ScanArgs {
   std::int64_t blocks, boxes_in_row;
   const std::uint32_t* numbers;  ///< null: a face's number is its index
 
-  // The results: blocks that may be met, and by which planes; by candidate; and by ray, in rows of
-  // `stride`.
+  // The results: the blocks that planes may meet; then arrays by candidate; then arrays by ray, in
+  // rows of `stride`.
   MetBlock* blocks_met;
   std::int64_t blocks_met_count;
   std::uint32_t* index;  ///< by candidate, of the face
@@ -77,7 +76,7 @@ struct ScanBatch {
   std::array<double, batch_room> sees_origin;  // 1 where the face's plane goes through the origin
   bool through_origin;                         // whether any face's does
   /// Rows of lists, by plane: where the faces' edges cross the plane (along the plane and along the
-  /// pole, for two edges) and which face; later which rays, and which face.
+  /// pole, for two edges) and the face; later the rays and the face.
   static constexpr std::int64_t list_rows = 5, list_room = batch_faces + 8;
   double* crossings;
   std::int64_t* counts;  ///< by plane
@@ -85,7 +84,7 @@ struct ScanBatch {
   std::int64_t *claimed_from, *claimed_until;
 };
 
-/// Finds the blocks that may be met: fills blocks_met and blocks_met_count.
+/// Finds the blocks that planes of the fan may meet: fills blocks_met and blocks_met_count.
 void find_blocks(ScanArgs& args);
 
 /// Every face of those blocks claims the rays that it is nearest to: fills the other results.

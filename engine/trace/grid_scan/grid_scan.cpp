@@ -30,7 +30,7 @@ double dot(const Vector3d& a, const Vector3d& b) {
   return std::fma(a.x(), b.x(), std::fma(a.y(), b.y(), a.z() * b.z()));
 }
 
-/// From one array of numbers of 64 bits to another.
+/// The distance between two arrays of numbers of 64 bits, counted in numbers.
 std::int64_t numbers_between(const void* from, const void* to) {
   return (reinterpret_cast<std::intptr_t>(to) - reinterpret_cast<std::intptr_t>(from)) /
          std::int64_t{sizeof(double)};
@@ -51,8 +51,8 @@ double widest_step(std::span<const float> lines) {
 
 }  // namespace
 
-/// Where a plane of a fan cuts a bed: directions in space, and in the plane along its elevation 0
-/// and along the pole.
+/// How a plane of a fan cuts a bed: directions in space, and directions in the plane, with their
+/// components along elevation 0 and along the pole.
 struct GridScan::Line {
   Line(const RayFan& fan, std::size_t plane)
       : sin_azimuth(fan.grid->planes[plane].sin_azimuth),
@@ -64,7 +64,8 @@ struct GridScan::Line {
     up_in_space = up.x() * level + up.y() * fan.pole;
     ahead_in_space = ahead.x() * level + ahead.y() * fan.pole;
   }
-  /// Whether a point, from the origin, is on the positive side: the same bits as off_plane().
+  /// Whether a point, relative to the origin, is on the positive side of the plane, with the bits
+  /// of off_plane().
   bool positive(const RayFan& fan, const Vector3d& from) const {
     return std::fma(cos_azimuth, dot(fan.array_axis, from),
                     -(sin_azimuth * dot(fan.middle, from))) >= 0.0;
@@ -126,7 +127,7 @@ bool GridScan::take(const RayFan& fan, const MovedPoints& moved) {
 
 FanFrame GridScan::frame(const RayFan& fan) const {
   FanFrame frame = frame_of(fan);
-  if (arrays_.moved) frame.origin = {};  // positions are from there
+  if (arrays_.moved) frame.origin = {};  // moved positions are relative to it
   return frame;
 }
 
@@ -146,7 +147,8 @@ Vector3d GridScan::from_origin(const RayFan& fan, std::ptrdiff_t column, std::pt
   return {double{place[0]}, double{place[1]}, double{place[2]}};
 }
 
-/// The walks of some fans go together, because those of one may leave lanes of a register empty.
+/// Does the walks of several fans together, because the walks of one fan may leave lanes of a
+/// register empty.
 bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
   std::array<FanWalks, fans_together> room{};
   const std::span<FanWalks> some = std::span(room).first(fans.size());
@@ -202,7 +204,8 @@ bool GridScan::take(std::span<const RayFan> fans, std::span<FanRuns> runs) {
   return true;
 }
 
-/// Finds which rays the walks of each plane are for. Returns false if one cannot be walked.
+/// Finds the rays that the walks of each plane are for. Returns false if a plane cannot be
+/// followed.
 bool GridScan::plan_walks(const FanWalks& walks) {
   const RayFan& fan = *walks.fan;
   const FanTables& tables = *walks.tables;
@@ -213,7 +216,7 @@ bool GridScan::plan_walks(const FanWalks& walks) {
         tables.left_out_until[plane] == static_cast<std::int64_t>(elevations))
       continue;
     const Line line(fan, plane);
-    // The slope that counts is that along the level part of the plane's normal.
+    // Only the slope of the bed along the horizontal part of the plane's normal counts.
     const Vector2d level = line.normal.head<2>();
     if (!(std::abs(line.normal.z()) * level.cwiseAbs().dot(grid_->steepest()) <=
           allowed_slope() * level.squaredNorm()))
@@ -232,7 +235,7 @@ bool GridScan::plan_walks(const FanWalks& walks) {
       if (down.y() > 0.0 || last_ray.dot(line.ahead) < 0.0) return false;
     }
     // In the outer planes of a fan only the lowest and the highest rays are within the beam. The
-    // walk may end before the highest ones if these cannot reach the bed. Rays that are past
+    // walk may end before the highest rays if these cannot reach the bed. Rays that are past
     // straight down rise with elevation, so the first of them decides.
     const auto last_below = static_cast<std::size_t>(tables.left_out_from[plane]);
     const auto first_above = static_cast<std::size_t>(tables.left_out_until[plane]);
@@ -251,32 +254,28 @@ bool GridScan::plan_walks(const FanWalks& walks) {
 }
 
 /// Whether no walk was doubtful, and none left the grid where its plane may come back.
-bool GridScan::stayed_on_grid(const FanWalks& walks) const {
+bool GridScan::stayed_on_grid(const FanWalks& of_fan) const {
   const auto lanes = static_cast<std::size_t>(walks_together());
-  for (std::size_t plane = 0; plane < walks.planes.size(); ++plane) {
-    const Line line(*walks.fan, plane);
-    for (const std::size_t walk : {walks.planes[plane].outwards, walks.planes[plane].inwards})
-      if (walk != PlaneWalks::none &&
-          (walks_[walk / lanes].doubtful[walk % lanes] != 0 || !left_at_border(line, walk)))
+  for (std::size_t plane = 0; plane < of_fan.planes.size(); ++plane) {
+    const Line line(*of_fan.fan, plane);
+    for (const std::size_t walk : {of_fan.planes[plane].outwards, of_fan.planes[plane].inwards}) {
+      if (walk == PlaneWalks::none) continue;
+      const GridWalks& walks = walks_[walk / lanes];
+      const std::size_t lane = walk % lanes;
+      if (walks.doubtful[lane] != 0) return false;
+      if (walks.left_grid[lane] == 0) continue;
+      const int along = walks.left_column[lane] == walks.right_column[lane] ? 1 : 0;
+      const double across = std::abs(line.normal[along]);
+      if (!(std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope() * across &&
+            across > 0.0))
         return false;
+    }
   }
   return true;
 }
 
-/// Whether the plane of a walk that left the grid stays outside; if it may come back, the grid
-/// cannot be used.
-bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
-  const auto lanes = static_cast<std::size_t>(walks_together());
-  const GridWalks& walks = walks_[walk / lanes];
-  const std::size_t lane = walk % lanes;
-  if (walks.left_grid[lane] == 0) return true;
-  const int along = walks.left_column[lane] == walks.right_column[lane] ? 1 : 0;
-  const double across = std::abs(line.normal[along]);
-  return std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope() * across &&
-         across > 0.0;
-}
-
-/// Puts a walk at an edge before the first face that a ray can hit. Returns false if there is none.
+/// Starts a walk at an edge before the first face that a ray can hit, if rays can hit any. Returns
+/// false if there is no such edge.
 bool GridScan::begin_walk(const FanWalks& of_fan, const Line& line, std::size_t plane,
                           bool outwards) {
   const RayFan& fan = *of_fan.fan;
@@ -324,7 +323,8 @@ bool GridScan::begin_walk(const FanWalks& of_fan, const Line& line, std::size_t 
   const auto end = std::ssize(lines), last = std::ssize(along) - 1;
   if (number < 0 || number >= end) return false;
 
-  // Its edge that crosses the plane: off the plane, the line's points are in order.
+  // The edge of this grid line that crosses the plane. The signed distances of the line's points
+  // from the plane are in order.
   const auto positive = [&](std::ptrdiff_t i) {
     return line.positive(fan,
                          axis == 0 ? from_origin(fan, number, i) : from_origin(fan, i, number));
@@ -435,7 +435,7 @@ void GridScan::make_room(std::size_t faces) {
       corners_[i][corner] = static_cast<std::uint32_t>(corner * rows + i);
 }
 
-/// Appends those rays of what a walk has found that are within the beam, as runs.
+/// Appends the faces that a walk has found, as runs of the rays within the beam.
 void lay_in_beam(const FanTables& tables, std::size_t plane, const FoundFaces& found,
                  GridRunArgs& args) {
   const std::int64_t out_from = tables.left_out_from[plane],
@@ -455,9 +455,9 @@ void lay_in_beam(const FanTables& tables, std::size_t plane, const FoundFaces& f
            all_rays);
 }
 
-/// Removes rays at the ends of runs that meet their face beyond the range: as list_runs() of
-/// fan_scan does. far: the runs that may have such rays. Returns the end of what is left of the
-/// runs before `end`.
+/// Removes rays at the ends of runs that meet their face beyond the range, as list_runs() of
+/// fan_scan does, and then runs without rays. `far` lists the runs that may have such rays. Returns
+/// the new end of the runs before `end`.
 std::int64_t trim(const RayFan& fan, std::span<const std::uint32_t> far, std::int64_t end,
                   FanRuns& runs) {
   if (far.empty()) return end;

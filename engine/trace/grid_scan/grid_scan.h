@@ -28,13 +28,14 @@ class GridScan {
   /// The grid must outlive this.
   explicit GridScan(const refine::HeightGrid& grid);
 
-  /// Whether it can scan this grid at all: one without holes, whose tiles are in memory.
+  /// Whether this grid can be scanned at all: it has no holes, and its tiles are in memory.
   bool usable() const { return usable_; }
   /// The diagonal of the largest cell, seen from above.
   double diagonal_m() const { return diagonal_m_; }
 
-  /// Other triangles, whose runs are merged with the bed's: they keep their indices in triangles().
-  /// The version changes with them. fans: the next ones, for which memory is taken at once.
+  /// Puts other triangles first in triangles(), so that they keep their indices when their runs are
+  /// merged with the runs of the bed. `version` changes with these triangles. Takes the memory for
+  /// the next fans, `fans`, at once.
   void keep_first(const refine::Triangles& others, std::uint64_t version,
                   std::span<const RayFan> fans);
 
@@ -42,8 +43,8 @@ class GridScan {
   /// scanned in this way.
   bool take(std::span<const RayFan> fans);
 
-  /// The same for one fan and a bed whose points were moved to `moved`, which must hold those near
-  /// the fan's planes. Below the origin no point may move sideways.
+  /// The same for one fan and a bed whose points were moved to `moved`, which must hold the points
+  /// near the fan's planes. Below the origin no point may move sideways.
   bool take(const RayFan& fan, const MovedPoints& moved);
 
   /// The runs of the fan with this number.
@@ -52,25 +53,24 @@ class GridScan {
   refine::Triangles triangles() const;
 
  private:
-  struct Line;  // of a plane over the bed
+  struct Line;  // where a plane of a fan cuts the bed
 
-  struct FanWalks;  // of a fan
+  struct FanWalks;  // the walks of one fan
   struct PlaneWalks {
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
     std::size_t outwards = none, inwards = none;
-    std::size_t below_nadir = 0;  // rays
-    std::size_t end = 0;          // of the rays that may hit something within the beam
+    std::size_t below_nadir = 0;  // how many rays
+    std::size_t end = 0;          // end of the rays within the beam that may hit something
   };
 
   bool take(std::span<const RayFan> fans, std::span<FanRuns> runs);
   bool plan_walks(const FanWalks& walks);
   bool begin_walk(const FanWalks& of_fan, const Line& line, std::size_t plane, bool outwards);
-  bool left_at_border(const Line& line, std::size_t walk) const;
   bool is_above_bed(const Eigen::Vector3d& place) const;
   FanFrame frame(const RayFan& fan) const;
   double allowed_slope() const;
   Eigen::Vector3d from_origin(const RayFan& fan, std::ptrdiff_t column, std::ptrdiff_t row) const;
-  bool stayed_on_grid(const FanWalks& walks) const;
+  bool stayed_on_grid(const FanWalks& of_fan) const;
   FoundFaces found_by(std::size_t walk);
   void collect(const FanWalks& of_fan, FanRuns& runs);
   std::size_t most_rows(std::span<const RayFan> fans) const;
@@ -87,18 +87,18 @@ class GridScan {
   // The walks of some fans.
   std::vector<GridWalks> walks_;
   std::size_t walk_count_ = 0;
-  std::vector<PlaneWalks> of_plane_;            // of the first fan, then of the next
+  std::vector<PlaneWalks> of_plane_;            // planes of the first fan, then of the next fan
   ElevationOrder order_{};                      // of the first fan
-  std::size_t room_of_walk_ = 0;                // in these:
-  CacheLines<std::uint64_t> intervals_, seen_;  // by walk
+  std::size_t room_of_walk_ = 0;                // in intervals_ and seen_
+  CacheLines<std::uint64_t> intervals_, seen_;  // by walk: rays, and the face that they hit
 
-  // The faces of the runs, a row each.
+  // The faces of the runs, with one row per face.
   std::vector<std::uint32_t> numbers_;
   std::vector<Eigen::Vector3f> positions_;  // [corner][row]
   std::vector<refine::Face> corners_;
   std::size_t row_count_ = 0, room_ = 0;
   std::size_t other_count_ = 0;
-  std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // their version
+  std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // the version of the other triangles
   CacheLines<std::uint32_t> far_;  // of a plane: runs whose face is partly out of range
 };
 

@@ -42,7 +42,7 @@ HWY_INLINE VI choose(M mask, VI yes, VI no) {
   return hn::IfThenElse(hn::RebindMask(di, mask), yes, no);
 }
 
-// a b for numbers of fewer than 32 bits.
+// The product a b, for numbers of fewer than 32 bits.
 HWY_INLINE VI times(VI a, std::int64_t b) {
 #if HWY_TARGET == HWY_SCALAR
   return hn::Set(di, hn::GetLane(a) * b);
@@ -290,7 +290,8 @@ HWY_INLINE void mark_doubt(const GridWalkArgs& args, GridWalks& at, M where, con
   hn::Store(hn::Or(load(&at.doubtful[0]), word_of(close)), di, &at.doubtful[0]);
 }
 
-// Which rays see the faces between two crossings each: stores them, and hides them from later ones.
+// Stores the rays that see the faces between the crossings p and q, and hides these rays from later
+// faces.
 HWY_INLINE void hide(const GridWalkArgs& args, GridWalks& at, const Front& p, const Front& q,
                      std::uint64_t* interval) {
   const VI zero = hn::Zero(di);
@@ -317,7 +318,8 @@ HWY_INLINE void hide(const GridWalkArgs& args, GridWalks& at, const Front& p, co
   hn::Store(now_from, di, &at.from[0]);
   hn::Store(now_until, di, &at.until[0]);
   const VI one = hn::Set(di, 1);
-  // A face that turns away after p hides rays from the faces behind it: first the one next to p.
+  // If the face after p turns away from the sonar, p is a crest, and the ray next to p may pass the
+  // crest within rounding.
   const VI back = choose(outwards, p_rays - q_rays, q_rays - p_rays);
   const VI seen = choose(outwards, p_rays - from, until - p_rays);
   const auto turns_away = hn::AndNot(hn::Lt(seen, zero), hn::Gt(back, zero));

@@ -38,8 +38,9 @@ struct GridFace {
 };
 
 /// As many walks over a grid as a register has lanes, of any fans. Each follows a plane of the fan
-/// from one edge of the mesh to the next. The edge's ends lie to the left and to the right of the
-/// plane as the walk looks, and by that also on the positive or on the negative side.
+/// from one edge of the mesh to the next. Seen in the direction of the walk, one end of the edge is
+/// left of the plane and the other end is right of it; one end is on the positive side of the plane
+/// and the other on the negative side.
 struct GridWalks {
   static constexpr std::size_t most = 8;  ///< lanes of any register
   template <class T>
@@ -50,7 +51,8 @@ struct GridWalks {
   alignas(64) std::array<Lanes<double>, 9> axes;
   alignas(64) Lanes<double> range_m2, doubt_m2;
   alignas(64) Lanes<std::int64_t> elevations;
-  /// And its ElevationOrder: how far its arrays are from those of GridWalkArgs, in numbers.
+  /// The ElevationOrder of the walk's fan. `ascending` and `lines` are distances, counted in
+  /// numbers, from the arrays of GridWalkArgs to the arrays of the fan.
   alignas(64) Lanes<std::int64_t> ascending, lines;
   alignas(64) Lanes<double> first_q, steps_per_q, last_step;
   alignas(64) Lanes<double> sin_azimuth, cos_azimuth;
@@ -69,9 +71,10 @@ struct GridWalks {
   alignas(64) Lanes<std::int64_t> doubtful;
   /// The present edge: columns and rows of points.
   alignas(64) Lanes<std::int64_t> left_column, left_row, right_column, right_row;
-  /// Its ends: off the plane, along it, along the pole, and the distance squared.
+  /// The ends of the edge: off the plane, along the plane, along the pole, and the squared distance
+  /// from the origin.
   alignas(64) Lanes<double> left_off, left_x, left_y, left_2, right_off, right_x, right_y, right_2;
-  /// Where it crosses the plane, and the rays below.
+  /// Where the edge crosses the plane, and the number of rays below the crossing.
   alignas(64) Lanes<double> x, y;
   alignas(64) Lanes<std::int64_t> below;
   /// The rays that nothing hides yet: [from, until).
@@ -90,7 +93,7 @@ struct GridWalkArgs {
   std::int64_t room;
 };
 
-/// Walks to the end: fills intervals, faces and GridWalks::count.
+/// Follows all walks to their ends: fills intervals, faces and GridWalks::count.
 void walk_grid(const GridWalkArgs& args);
 
 /// How many walks a GridWalks has on this machine: the first lanes are used.
@@ -108,7 +111,7 @@ struct GridRunArgs {
   // The plane of a fan.
   FanFrame frame;
   double sin_azimuth, cos_azimuth;
-  // The next run, as in FanRuns, and its face, which is no other run's.
+  // The next run, as in FanRuns, and the row of its face. No two runs have the same row.
   std::int64_t run, row;
   std::uint32_t *begin, *end, *index, *face;
   double *level, *pole, *distance;
@@ -120,8 +123,8 @@ struct GridRunArgs {
   std::uint32_t* far;
 };
 
-/// Appends runs: rays [from, until) of what a walk of the plane has found. The faces' planes are
-/// those of moved points, if there are any.
+/// Appends runs: rays [from, until) of what a walk of the plane has found. If there are moved
+/// points, the planes of the faces go through these points.
 void lay_runs(GridRunArgs& args, const FoundFaces& found, std::int64_t from, std::int64_t until);
 
 }  // namespace ensonify::engine

@@ -35,8 +35,8 @@ HWY_BEFORE_NAMESPACE();
 namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 
-// Where rays [from, until) change from one of the faces to the other: the first ray whose nearer
-// face is not that of `from`. Returns whether that is a.
+// Moves `until` to the first of the rays [from, until) whose nearer face is not the nearer face of
+// ray `from`. Returns whether the nearer face of ray `from` is a.
 bool nearer_until(const FacePair& pair, std::uint32_t from, std::uint32_t* until) {
   const PreciseClaim a = precise_claim(pair.frame, pair.a, pair.sin_azimuth, pair.cos_azimuth);
   const PreciseClaim b = precise_claim(pair.frame, pair.b, pair.sin_azimuth, pair.cos_azimuth);
@@ -75,8 +75,8 @@ void take_corners(const refine::Triangles& triangles, std::uint32_t index, float
     for (std::size_t i = 0; i < 3; ++i) to[k][i] = corners[k][static_cast<Eigen::Index>(i)];
 }
 
-/// 1 / t on a ray is `facing` over `distance_m`; both are positive here. A run's face is seen well
-/// enough if this is not far from exact, whatever its shape.
+/// 1 / t on a ray is `facing` divided by `distance_m`; both are positive here. If `facing` is not
+/// small, the quotient is nearly exact for a face of any shape.
 struct Nearness {
   double facing, distance_m;
   bool exact_enough() const { return facing > 0.01; }

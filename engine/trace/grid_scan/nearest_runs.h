@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// Merges two lists of runs of a fan: on each ray the nearer face, decided as in fan_scan. The
+/// Merges two lists of runs of a fan: each ray gets the nearer face, decided as in fan_scan. The
 /// faces of both lists are faces of these triangles.
 void nearest_runs(const RayFan& fan, refine::Triangles triangles, const FanRuns& a,
                   const FanRuns& b, FanRuns& nearest);

@@ -19,11 +19,11 @@ constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double highest_rad = std::numbers::pi / 3.0;  // above the horizontal
 constexpr double node_rad = 0.1 * degree;               // as find_eigenray() shoots
 constexpr double closest_rad = 2e-6;                    // of two launch angles
-constexpr double needed_times = 4.0;                    // FanGrid lays rays up to there
-// Each edge of a layer needs separate rays, which cross all the others.
+constexpr double needed_times = 4.0;                    // FanGrid needs ranges up to this multiple
+// Each edge of a layer needs separate rays, which cross all other edges.
 constexpr std::size_t most_layers = 2000;  // above the bed
 
-/// The profile that is followed: of a dense one the means over equal depths.
+/// The profile that rays follow. A dense profile is replaced by its means over equal depths.
 scatter::SoundSpeedProfile followed(const scatter::SoundSpeedProfile& profile, double bed_m) {
   if (profile.layer_index(bed_m) <= most_layers) return profile;
   std::vector<scatter::SoundSpeedSample> means;
@@ -45,7 +45,8 @@ scatter::SoundSpeedProfile followed(const scatter::SoundSpeedProfile& profile, d
   return scatter::SoundSpeedProfile(std::move(means));
 }
 
-/// Not a number if the ray meets the surface first; infinite if it is longer than needed.
+/// The slant range by travel time, divided by the height. Not a number if the ray meets the surface
+/// first; infinite if the ray is longer than needed.
 double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWay& way,
                          double depression_rad) {
   const double bed_m = way.source_depth_m + way.height_m;
@@ -63,7 +64,7 @@ double range_over_height(const scatter::SoundSpeedProfile& profile, const BentWa
 }
 
 /// Launch angles to begin with, the steepest first: between them a ray's range changes steadily,
-/// except at the angles at which it grazes the edge of a layer; these are here.
+/// except at the angles at which it grazes the edge of a layer; these angles are included.
 std::vector<double> first_depressions_rad(const scatter::SoundSpeedProfile& profile,
                                           const BentWay& way) {
   std::vector<double> depressions{0.5 * std::numbers::pi};
@@ -101,7 +102,8 @@ LaunchLimits launch_limits(const scatter::SoundSpeedProfile& profile, double sou
 BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way) {
   const scatter::SoundSpeedProfile profile = followed(cast, way.source_depth_m + way.height_m);
   const double needed = way.range_m / way.height_m;
-  // What has to be even: ranges, and more coarsely those beyond what is needed.
+  // The quantity that changes evenly from entry to entry: the range, with coarser steps beyond the
+  // needed range.
   const auto steps = [&](double range) {
     const double share = range / needed;
     return 400.0 * std::min(share, 1.0) + 50.0 * std::clamp(share - 1.0, 0.0, needed_times - 1.0);
@@ -126,13 +128,36 @@ BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& wa
       ahead.push_back(at(0.5 * (from.depression_rad + to.depression_rad)));
       continue;
     }
-    if (apart > 2.0)  // ranges in between are no ray's
+    if (apart > 2.0)  // no ray has a range in between
       made.push_back({0.5 * (from.depression_rad + to.depression_rad), quiet_nan});
     made.push_back(to);
     ahead.pop_back();
   }
   return {std::move(made),
           launch_limits(profile, way.source_depth_m, way.source_depth_m + way.height_m)};
+}
+
+// Over a path, a ray's tangent turns by the curvature times the path. The curvature is at most the
+// steepest gradient over the slowest speed. By Snell's law the tangent also turns by no more than
+// twice the angle at which the fastest speed turns a ray: from one side of the horizontal to the
+// other. A point of the ray is the sum of its tangents, so its direction from the origin keeps to
+// that angle too; its distance is at least the path times the angle's cosine, and its horizontal
+// part is at most the path times the horizontal part of the most level tangent.
+FanBend bend_of(const scatter::SoundSpeedProfile& profile, double deepest_m, double range_m,
+                double reference_mps) {
+  double slowest_mps = std::numeric_limits<double>::infinity(), fastest_mps = 0.0,
+         steepest_per_s = 0.0;
+  for (const scatter::SoundSpeedLayer& layer : profile.layers()) {
+    if (layer.top_m > deepest_m) break;
+    slowest_mps = std::min({slowest_mps, layer.top_mps, layer.bottom_mps});
+    fastest_mps = std::max({fastest_mps, layer.top_mps, layer.bottom_mps});
+    steepest_per_s = std::max(steepest_per_s, std::abs(layer.gradient_per_s));
+  }
+  const double lengthening = std::max(fastest_mps / reference_mps, 1.0);
+  const double turn_rad = std::min(steepest_per_s / slowest_mps * range_m * lengthening,
+                                   2.0 * std::acos(slowest_mps / fastest_mps));
+  if (turn_rad > 1.0) return {std::numbers::pi, 1e9, lengthening};  // any direction
+  return {turn_rad, fastest_mps / slowest_mps / std::cos(turn_rad), lengthening};
 }
 
 }  // namespace ensonify::engine

@@ -1,7 +1,5 @@
 #include <ensonify/engine/trace/refraction/ray_incidence.h>
 
-#include <ensonify/engine/trace/refraction/horizontal.h>
-
 namespace ensonify::engine {
 namespace {
 
@@ -22,7 +20,8 @@ struct Across {
 
 }  // namespace
 
-// A normal is stretched by the factors by which lengths shrink: it keeps its angle to the facet.
+// A normal is stretched by the factors by which lengths shrink, so that it stays perpendicular to
+// the facet.
 Eigen::Vector3d RayIncidence::straightened(const Eigen::Vector3d& normal,
                                            const Eigen::Vector3d& launch) const {
   const Across across(launch, direction);
@@ -33,7 +32,7 @@ Eigen::Vector3d RayIncidence::straightened(const Eigen::Vector3d& normal,
       .normalized();
 }
 
-// The way is the step by the transpose of what straightens a normal.
+// The displacement is the step times the transpose of the matrix that straightens a normal.
 RayIncidence::Step RayIncidence::in_sea(const Eigen::Vector3d& step,
                                         const Eigen::Vector3d& launch) const {
   const Across across(launch, direction);

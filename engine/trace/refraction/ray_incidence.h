@@ -9,6 +9,13 @@
 
 namespace ensonify::engine {
 
+/// The horizontal direction of a vector, unit; x where it is vertical.
+inline Eigen::Vector2d horizontal(const Eigen::Vector3d& direction) {
+  const Eigen::Vector2d level = direction.head<2>();
+  const double length = level.norm();
+  return length > 0.0 ? Eigen::Vector2d(level / length) : Eigen::Vector2d::UnitX();
+}
+
 /// How the sound of a ray arrives at its hit.
 ///
 /// An echo treats a bent ray as a straight ray of the same launch direction, whose length is the
@@ -23,11 +30,13 @@ struct RayIncidence {
   // plane (negative where the ray has crossed its neighbours, behind a caustic), and across it
   // horizontally.
   double along, upwards, sideways;
-  // Radians by which the direction of the rays turns over the same metres: upwards, over those
-  // along the ray and across it; and horizontally.
+  // Radians by which the direction of the rays turns over one metre of straightened space: upwards
+  // over a metre along the ray, upwards over a metre across it, and sideways over a metre across it
+  // horizontally.
   double turn_along, turn_upwards, turn_sideways;
-  /// By how much a normal along the ray turns upwards in straightened space. A bent ray runs where
-  /// its travel time grows fastest, so that none of it turns; a straight ray (TravelTime) does not.
+  /// By how much a normal along the ray turns upwards in straightened space. A bent ray runs in the
+  /// direction in which travel time grows fastest, so the value is 0; a straight ray (TravelTime)
+  /// does not run in this direction.
   double upturn = 0.0;
 
   /// The unit normal that a facet at the hit has in straightened space, from its unit normal in the
@@ -43,14 +52,14 @@ struct RayIncidence {
   Step in_sea(const Eigen::Vector3d& step, const Eigen::Vector3d& launch) const;
 };
 
-/// How sound comes to a place on the ray that leads there.
+/// The ray that leads from the sonar to a place, and how sound arrives there.
 struct RayToPlace {
   Eigen::Vector3d launch;  ///< unit
   /// Vector (m) from the sonar to the place as if a straight ray arrived there with this direction
   /// and this spreading. The square of its length is J, the geometric mean of the spreading of both
   /// ways.
   Eigen::Vector3d apparent;
-  double range_m;        ///< that its travel time stands for
+  double range_m;        ///< travel time times the reference speed
   double absorption_db;  ///< one way
 };
 
@@ -63,8 +72,8 @@ class IncidenceSource {
   virtual std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
                                            const Eigen::Vector3d& away) const = 0;
   /// How a ray of the fan that was traced last arrives, by its number. `hit` is its hit as the
-  /// tracer left it. Makes its t exact, which before may be off by half a millimetre. (Its u and v
-  /// may be those of a part of the face.)
+  /// tracer left it. Makes the t of the hit exact; before, it may be off by half a millimetre. (u
+  /// and v of the hit may belong to a part of the face.)
   virtual RayIncidence incidence_of(std::size_t number, Hit& hit) = 0;
 };
 

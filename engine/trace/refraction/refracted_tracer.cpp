@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/trace/refraction/horizontal.h>
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/scatter/eigenray.h>
 
 namespace ensonify::engine {
@@ -23,8 +23,8 @@ constexpr double flat_within_m = 0.5 * usual_sagitta_m;
 constexpr double overlap_m = 1e-4;  // of chords, so that no face lies between two
 constexpr std::size_t batch = 256;  // rays followed at a time: they fit the cache
 
-/// Adds the edge of a layer at a depth and keeps the speeds. Next to a sample, the edge (and
-/// `depth_m`) moves a little above it. Above the sea surface there is none.
+/// Adds the edge of a layer at `depth_m` and keeps the speeds. If a sample is near, the edge (and
+/// `depth_m`) moves to a little above the sample. Adds no edge above the sea surface.
 SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
   constexpr double apart_m = 2e-3;
   std::vector<scatter::SoundSpeedSample> samples;
@@ -37,10 +37,6 @@ SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
     samples.push_back(
         {depth_m, profile.speed_mps(depth_m), profile.mean_absorption_db_per_m(depth_m, depth_m)});
   return SoundSpeedProfile(std::move(samples));
-}
-
-double fastest(const SoundSpeedProfile& profile) {
-  return std::ranges::max(profile.layers(), {}, &SoundSpeedLayer::top_mps).top_mps;
 }
 
 Eigen::Vector3d direction_of(const SoundRay& ray, const Eigen::Vector2d& outwards) {
@@ -75,7 +71,7 @@ RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highes
       profile_(with_edge(profile, top_m_)),
       reference_mps_(reference_mps),
       takes_lists_(takes_lists),
-      fastest_mps_(fastest(profile)),
+      fastest_mps_(std::ranges::max(profile.layers(), {}, &SoundSpeedLayer::top_mps).top_mps),
       straightening_(
           std::make_unique<Straightening>(profile, -highest_m, deepest_m, reference_mps)),
       straightened_space_(*straightening_, flat_within_m) {}
@@ -95,15 +91,12 @@ void RefractedTracer::trace(const RayFan& fan, const Faces& faces, std::span<Hit
   if (!straightened) {
     std::ranges::fill(hits, Hit{});
     undecided_.clear();
+    for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+      for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation)
+        if (fan.grid->within_beam(plane, elevation))
+          undecided_.push_back(static_cast<std::uint32_t>(plane * fan.elevations() + elevation));
   }
-  std::size_t rays = 0;
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
-      if (!fan.grid->within_beam(plane, elevation)) continue;
-      ++rays;
-      if (!straightened)
-        undecided_.push_back(static_cast<std::uint32_t>(plane * fan.elevations() + elevation));
-    }
+  const std::uint64_t rays = rays_within_beam(*fan.grid);
   counts_.rays += rays;
   counts_.straightened += rays - undecided_.size();
   for (const std::uint32_t number : undecided_) {
@@ -113,7 +106,8 @@ void RefractedTracer::trace(const RayFan& fan, const Faces& faces, std::span<Hit
   follow(fan, hits);
 }
 
-/// The nearer of a bed's and its objects' hits, if all are decided in straightened space.
+/// Finds the nearer hits of a bed and its objects. Returns false if straightened space does not
+/// decide all rays.
 bool RefractedTracer::trace_bed(const RayFan& fan, const BedAndObjects& faces,
                                 std::span<Hit> hits) {
   faces_ = faces.objects;
@@ -135,10 +129,7 @@ bool RefractedTracer::trace_bed(const RayFan& fan, const BedAndObjects& faces,
     for (std::size_t i = 0; i < hits.size(); ++i)
       if (of_objects_[i].t < hits[i].t) hits[i] = of_objects_[i];
   }
-  std::size_t rays = 0;
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation)
-      rays += fan.grid->within_beam(plane, elevation) ? 1 : 0;
+  const std::uint64_t rays = rays_within_beam(*fan.grid);
   counts_.rays += rays;
   counts_.straightened += rays;
   return true;
@@ -168,7 +159,7 @@ std::optional<RayToPlace> RefractedTracer::ray_to(const Eigen::Vector3d& origin,
       .absorption_db = ray.point().absorption_db};
 }
 
-/// Intersects lists of chords.
+/// The intersector for lists of chords.
 const Intersector& RefractedTracer::tree() {
   if (takes_lists_) return *faces_.intersector;
   if (own_version_ != faces_.version) {
@@ -186,7 +177,7 @@ Eigen::Vector3d RefractedTracer::place(const Course& course, const Eigen::Vector
           -at.point().depth_m};
 }
 
-/// Its t runs from 0 to a little beyond 1.
+/// The chord of a course. Its t runs from 0 to a little beyond 1.
 Ray RefractedTracer::chord_of(const Course& course, const Eigen::Vector3d& origin) {
   const Eigen::Vector3d from = place(course, origin, course.from);
   const Eigen::Vector3d way = place(course, origin, course.to) - from;
@@ -237,7 +228,7 @@ void RefractedTracer::follow(const RayFan& fan, std::span<Hit> hits) {
   }
 }
 
-/// Moves a ray on through the sea above all faces; false if it ends there.
+/// Advances a ray through the sea above all faces. Returns false if the ray ends there.
 bool RefractedTracer::reach_faces(SoundRay& ray, double range_m) const {
   for (;;) {
     const scatter::SoundRayPoint& p = ray.point();
@@ -254,8 +245,8 @@ double RefractedTracer::end_path_m(const SoundRay& ray, double range_m) const {
   return ray.point().path_m + left_s * fastest_mps_ + overlap_m;
 }
 
-/// Moves a course on by one chord: as far as the ray stays within the sagitta of it, below the
-/// highest face, and before the end of the path. False at that end.
+/// Advances a course by one chord, which is as long as the ray stays within the sagitta of the
+/// chord, below the highest face, and before the end of the path. Returns false at that end.
 bool RefractedTracer::next_chord(Course& course, double sagitta_m, double end_path_m) const {
   course.from = course.to;
   SoundRay& ray = course.to;
@@ -279,8 +270,8 @@ bool RefractedTracer::next_chord(Course& course, double sagitta_m, double end_pa
   return true;
 }
 
-/// Cuts the exact ray with the face that its chord found. No hit where it misses the face; in the
-/// last try it then takes the chord's.
+/// Intersects the exact ray with the face that its chord found. If the ray misses the face, returns
+/// no hit; but in the last try it takes the hit of the chord.
 Hit RefractedTracer::cut_arc(const Course& course, const Eigen::Vector3d& origin, const Hit& found,
                              bool last_try, RayIncidence& incidence) const {
   const Eigen::Vector3d a = faces_.triangles.corner(found.index, 0);

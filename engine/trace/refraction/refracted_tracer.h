@@ -53,10 +53,10 @@ class RefractedTracer final : public IncidenceSource {
   /// Finds the nearest hits of the fan's bent rays, by ray number; rays end where their t is the
   /// fan's range. The fan and the faces must stay until the last incidence_of().
   void trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits);
-  /// The same. Where a bed and its objects do not decide all rays, all faces replace them in
-  /// `faces`.
+  /// The same over `faces`. If a bed and its objects do not decide all rays, all faces replace them
+  /// in `faces`.
   void trace(const RayFan& fan, TracedFaces& faces, std::span<Hit> hits);
-  /// What the hits of the last trace index.
+  /// The triangles that the hits of the last trace index.
   refine::Triangles triangles() const { return on_bed_ ? bed_->triangles() : faces_.triangles; }
   RayIncidence incidence_of(std::size_t number, Hit& hit) override;
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
@@ -85,7 +85,7 @@ class RefractedTracer final : public IncidenceSource {
               RayIncidence& incidence) const;
   Hit trace_finely(Course course, const RayFan& fan, RayIncidence& incidence);
 
-  double top_m_;                        // depth of the highest face, or a little above
+  double top_m_;                        // depth of the highest face, or a little less
   scatter::SoundSpeedProfile profile_;  // with a layer's edge at that depth
   double reference_mps_;
   bool takes_lists_;
@@ -99,9 +99,9 @@ class RefractedTracer final : public IncidenceSource {
   std::optional<std::uint64_t> own_version_;
 
   // Of the fan that was traced last:
-  Faces faces_;  // on a bed, those of its objects
+  Faces faces_;  // on a bed of heights, the faces of its objects
   bool on_bed_ = false;
-  std::vector<Hit> of_objects_;           // in front of a bed
+  std::vector<Hit> of_objects_;           // hits of the objects in front of a bed
   std::vector<std::uint32_t> undecided_;  // ray numbers
   std::vector<RayIncidence> by_chords_;
   std::vector<std::uint32_t> chord_place_;  // by ray number, in by_chords_; none: straightened

@@ -33,7 +33,7 @@ HWY_INLINE Value value_of(const double* cubics, V x, V y) {
 
 }  // namespace
 
-// Without fused operations, as the plain code.
+// Uses no fused operations, because Straightening::move() of one point uses none.
 void straighten_points(const PointsOfPatch& points, const MovedPointRows& to) {
   const V one = number(1.0), zero = hn::Zero(d);
   for (std::size_t i = 0; i < points.count; i += static_cast<std::size_t>(lanes)) {

@@ -46,8 +46,8 @@ std::array<Vector2d, 8> outline(const RayFan& fan, double lowest_m, double highe
   return points;
 }
 
-/// How far the hull of some points extends along x between two y: least and greatest x; the first
-/// is greater if it does not lie there.
+/// The least and the greatest x of the hull of some points between two values of y. The first is
+/// greater than the second if the hull does not lie there.
 Vector2d extent_between(std::span<const Vector2d> points, double south_m, double north_m) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   Vector2d extent(inf, -inf);
@@ -75,7 +75,7 @@ StraightenedBed::StraightenedBed(const refine::HeightGrid& grid, Straightening& 
       column_0_(static_cast<std::size_t>(grid.rows())),
       east_m_(static_cast<std::size_t>(grid.columns()) + points_padding) {}
 
-/// Whether no ray that may hit something is unknown.
+/// Whether every ray that may hit something is a known one (Straightening::flattest()).
 bool StraightenedBed::decides_all(const RayFan& fan) const {
   const double flattest = straightening_->flattest();
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
@@ -130,7 +130,8 @@ std::array<std::int32_t, 2> StraightenedBed::columns_of(std::size_t row) const {
           static_cast<std::int32_t>(columns_[row] >> 32)};
 }
 
-/// Calls with(point, the next point to its west or south) for the points of a row.
+/// Calls with_west(point, the next point to its west) and with_south(point, the next point to its
+/// south) for the points of a row.
 template <class WithWest, class WithSouth>
 void StraightenedBed::with_neighbours(std::size_t row, WithWest&& with_west,
                                       WithSouth&& with_south) const {

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/trace/grid_scan/grid_scan.h>
-#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refraction/straightening.h>
 #include <ensonify/refine/height_grid.h>
@@ -57,9 +56,9 @@ class StraightenedBed {
   // Of the fan that was traced last:
   std::vector<std::uint64_t> columns_;  // as MovedPoints
   std::vector<std::int32_t> column_0_;
-  std::size_t first_row_ = 0, end_row_ = 0;  // of the points
-  std::size_t room_ = 0;                     // for them
-  std::vector<float> east_m_;                // of a row of them
+  std::size_t first_row_ = 0, end_row_ = 0;  // rows of the points
+  std::size_t room_ = 0;                     // for the points
+  std::vector<float> east_m_;                // x of the points of one row
   // By point:
   std::vector<float> heights_m_;
   std::vector<Eigen::Vector4f> moved_;

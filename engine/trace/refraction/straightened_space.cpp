@@ -76,9 +76,10 @@ void StraightenedSpace::group_faces() {
   }
 }
 
-/// Collects the faces that the fan can touch. Which ones they are depends on each face and the fan
-/// alone, because some of them decide how rays are traced: all face sources give these faces, and
-/// some others. The tests of groups and boxes, which are faster, leave out none of these.
+/// Collects the faces that the fan can touch. The choice depends on each face and the fan alone:
+/// some of these faces decide how rays are traced, and each face source gives these faces and
+/// different others. The tests of groups and boxes, which are faster, leave out none of these
+/// faces.
 void StraightenedSpace::collect_faces() {
   collected_.clear();
   const refine::FanVolume volume = fan_volume_of(*fan_);
@@ -174,7 +175,7 @@ bool StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place)
   return true;
 }
 
-/// Straightens the collected faces; false where one of them stands too high, or is too large.
+/// Straightens the collected faces. Returns false if one of them stands too high or is too large.
 bool StraightenedSpace::straighten_faces() {
   point_slots_.assign(std::bit_ceil(4 * collected_.size() + 16), {none, none});
   points_.clear();

@@ -55,8 +55,8 @@ void Straightening::start(const RayFan& fan) {
   eigenrays_.start_at(source_m);
   fastest_above_mps_ = fastest_mps(*profile_, std::min(0.0, source_m), source_m);
   highest_face_m_ = std::max(shallowest_m_, source_m + clearance_m);
-  // Where the flattest known ray comes to that depth. Flatter ones that go down are farther out
-  // there if none of them turns first.
+  // The range at which the flattest known ray reaches that depth. Flatter rays that go down reach
+  // it farther out, if none of them turns first.
   const bool none_turns = fastest_mps(*profile_, source_m, highest_face_m_) <= source_mps_;
   min_range_m_ = none_turns ? eigenrays_.rays().farthest_m(highest_face_m_) : 0.0;
   longest_m_ = way_down_m(flattest());
@@ -175,7 +175,8 @@ double Straightening::way_down_m(double cotangent) const {
   return reference_mps_ * way.time_s;
 }
 
-/// A ray that goes up first climbs to the water that is fast enough to turn it, and comes back.
+/// The least way of a ray that first climbs to the water that is fast enough to turn it, and comes
+/// back.
 double Straightening::way_back_m(double level) const {
   const double height_m = (source_mps_ / level - source_mps_) / steepest_above_;
   const double slow = level * slowest_above_mps_ / source_mps_;
@@ -198,9 +199,9 @@ bool Straightening::may_hit(double level, double down) const {
 }
 
 // The ray to where the hit would be if the piece were flat in straightened space is known. The
-// fan's own ray is next to it, by far less than their radius of curvature: at one depth it is
-// farther out by the difference of their cotangents (times range_per_cotangent_m), and later by
-// Snell's constant times that. From there it goes straight on to the plane of the face.
+// fan's own ray is next to that ray, at a distance far below their radius of curvature: at one
+// depth it is farther out by the difference of their cotangents (times range_per_cotangent_m), and
+// later by Snell's constant times that. From there it goes straight on to the plane of the face.
 RayIncidence Straightening::incidence(std::size_t number, const Piece& piece, Hit& hit) {
   const RayFan& fan = *fan_;
   const Vector3d direction =

@@ -40,8 +40,9 @@ class Straightening {
   /// Where a point moves, from the source; zero if no known ray reaches it. Returns false if the
   /// point is not clearly below the source.
   bool move(const Eigen::Vector3d& point, RayToPoint& ray, Eigen::Vector3f& to);
-  /// The same for some points of a row: for each x_m and z_m. They and the Jacobians are
-  /// points_padding longer than the points. False as well if no known ray reaches one of them.
+  /// The same for the points (x_m[i], y_m, z_m[i]) of a row. The memory of x_m, z_m and the
+  /// Jacobians is longer than the points by points_padding. Also returns false if no known ray
+  /// reaches one of the points.
   bool move(std::span<const float> x_m, double y_m, std::span<const float> z_m,
             const MovedPointRows& to);
   /// Eight times the distance, squared, from the middle of an edge to the middle of its chord in
@@ -50,7 +51,7 @@ class Straightening {
   /// The greatest bow8_m2 of the edges of a face that is flat within a tolerance.
   static float most_bow8_m2(double tolerance_m);
 
-  /// Rays of larger cotangent are not known.
+  /// The largest cotangent of the known rays.
   double flattest() const { return eigenrays_.rays().flattest(); }
   /// Whether a ray that is not known may hit something within its range: a ray of the fan whose
   /// direction has these components.
@@ -74,9 +75,9 @@ class Straightening {
 
   const RayFan* fan_ = nullptr;
   double source_mps_ = 0.0;
-  double highest_face_m_ = 0.0;  // the depth
-  double longest_m_ = 0.0;       // the flattest known ray's way down to it
-  double min_range_m_ = 0.0;     // of unknown rays at it
+  double highest_face_m_ = 0.0;  // depth of the highest face
+  double longest_m_ = 0.0;       // the flattest known ray's way down to this depth
+  double min_range_m_ = 0.0;     // least range of unknown rays at this depth
   double fastest_above_mps_ = 0.0, slowest_above_mps_ = 0.0, steepest_above_ = 0.0;
 };
 

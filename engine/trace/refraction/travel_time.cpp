@@ -5,7 +5,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double level_m = 1e-3;  // a ray that changes its depth by less
+constexpr double level_m = 1e-3;  // a ray is level if its depth changes by less
 
 }  // namespace
 
@@ -38,16 +38,16 @@ void TravelTime::apply(const RayFan& fan, std::span<Hit> hits) {
   }
 }
 
-// With p a place from the sonar and K(z) the reference speed over the mean one down to it, its
-// place in straightened space is K p. The Jacobian is K I + p (dK/dz e_z)^T, and a normal n becomes
-// its inverse transposed times n: by Sherman and Morrison (n - e_z (p n) dK/dz / (K + p_z dK/dz)) /
-// K. K + p_z dK/dz is the reference speed over that at p.
+// Let p be a place from the sonar, and K(z) the reference speed divided by the mean speed down to
+// p. The place of p in straightened space is K p. The Jacobian is K I + p (dK/dz e_z)^T, and a
+// normal n becomes its inverse transposed times n: by Sherman and Morrison (n - e_z (p n) dK/dz /
+// (K + p_z dK/dz)) / K. K + p_z dK/dz is the reference speed divided by the speed at p.
 RayIncidence TravelTime::incidence_of(std::size_t number, Hit& hit) {
   const Eigen::Vector3d direction = fan_->direction(
       fan_->plane_direction(number / fan_->elevations()), number % fan_->elevations());
   const double straight_m = straight_m_[number];
   const Eigen::Vector3d place = fan_->origin + straight_m * direction;
-  const double mean = straight_m / hit.t;  // speed, by the reference
+  const double mean = straight_m / hit.t;  // speed, divided by the reference speed
   const double local = at(-place.z()).speed_mps / reference_mps_;
   const bool level = std::abs(straight_m * direction.z()) <= level_m;
   return {.place = place,
@@ -73,8 +73,8 @@ std::optional<RayToPlace> TravelTime::ray_to(const Eigen::Vector3d& origin,
                     .absorption_db = straight_m * profile_->mean_absorption_db_per_m(from_m, to_m)};
 }
 
-/// In a layer of constant gradient g, dz more take log(1 + g dz / c) / g, c being the speed at its
-/// top.
+/// In a layer of constant gradient g, sound needs the time log(1 + g dz / c) / g for the depth dz
+/// below the top of the layer, where c is the speed at the top.
 TravelTime::Depth TravelTime::at(double depth_m) const {
   const std::size_t i = profile_->layer_index(depth_m);
   const scatter::SoundSpeedLayer& layer = profile_->layers()[i];

@@ -11,10 +11,10 @@
 
 namespace ensonify::engine {
 
-/// Straight rays in a layered sea: they hit what they hit in even water, but their echoes come
-/// after the time that sound takes along the straight line at the profile's speeds. The quickest
-/// way is bent, and quicker only by the second order of the bend (Fermat). They spread to the
-/// straight line's length squared. In water of constant gradient the geometric mean of the
+/// Straight rays in a layered sea: they hit what they hit in water of one speed, but their echoes
+/// come after the time that sound takes along the straight line at the profile's speeds. The
+/// quickest way is bent, and quicker only by the second order of the bend (Fermat). They spread to
+/// the straight line's length squared. In water of constant gradient the geometric mean of the
 /// spreading of both ways, c_1 c_2 sinh^2(g t) / g^2, is the same up to the second order. Elsewhere
 /// straight rays have no right level: to the first order, with the mean speed c along the line and
 /// its grazing angle, that mean is 1 - ((c_1 + c_2) / c - 2) / sin^2(grazing) times as large.

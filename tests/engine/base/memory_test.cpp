@@ -103,7 +103,7 @@ TEST_CASE("a seafloor that does not fit in the address space is refused before i
 
 TEST_CASE("if memory runs out in spite of the estimate, the message says what was being made") {
   const tests::LittleMemory little(std::size_t{1} << 27);
-  // Allowed by a limit above that of the machine.
+  // The limit is above the machine's memory, so the estimate is accepted.
   CHECK_THROWS_WITH(prepare_seafloor(fractal_scene(0.02), {.memory = {1e15}}),
                     Catch::Contains("out of memory while making the seafloor"));
 }

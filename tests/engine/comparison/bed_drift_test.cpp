@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t drift_pings = 100, drift_samples = 800, water_samples = 60;
 constexpr double drift_sample_m = 0.05;
 
-/// The amplitudes of one side: a texture that moves by `drift_m` per ping, with speckle of its own
-/// in each ping.
+/// The amplitudes of one side: a texture that moves by `drift_m` per ping, with independent
+/// speckle in each ping.
 std::vector<float> drifting(double drift_m, unsigned seed) {
   std::mt19937 random(seed);
   std::exponential_distribution<double> power;
@@ -73,7 +73,7 @@ TEST_CASE("a change of altitude moves both sides alike, which is no sideways dri
 }
 
 TEST_CASE("the likeness of pings lasts as long as their bed stays the same") {
-  // The ground of each ping is that of the one before by a share, and new for the rest.
+  // A share of the ground of each ping is the ground of the ping before. The rest is new.
   const auto likeness = [](double share) {
     std::mt19937 random(7);
     std::exponential_distribution<double> power;

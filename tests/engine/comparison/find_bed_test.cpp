@@ -41,7 +41,7 @@ RecordedLine made_line(const std::function<double(double sample, double first)>&
   return line;
 }
 
-/// As bright as the bed, and dark from there to the bed.
+/// Adds fish that are as bright as the bed, with dark samples between the fish and the bed.
 void add_fish(RecordedLine& line, std::size_t first, std::size_t end) {
   for (std::size_t ping = first; ping < end; ++ping)
     for (std::size_t k = 30; k < 45; ++k) line.port[ping * bottom_samples + k] = 600.0f;
@@ -128,7 +128,7 @@ TEST_CASE("pings whose samples do not show the bed have it where their altitude 
   change_altitudes(line, [&](std::size_t, double altitude_m) { return altitude_m + 3.0; });
   CHECK(worst(line) <= 4.0);
   CHECK_FALSE(find_bed(line, Side::port).stated);
-  // Without one: on the line between the pings around.
+  // Without a stated altitude, the bed is on the line between the pings around.
   RecordedLine bare = line;
   for (RecordedPing& ping : bare.pings) ping.altitude_m.reset();
   const auto filled = static_cast<double>(find_bed(bare, Side::port).first_sample[190]);
@@ -156,9 +156,9 @@ TEST_CASE("the bed begins where it emerges from the water, not where the beam ge
 }
 
 TEST_CASE("the side lobes of a sweep before the bed are not the bed") {
-  // Of a bed of one level those of a matched filter without a window have 1 / (2 pi^2 x) of its
-  // power at x range cells before it, as far as the pulse is long; here a cell is one or four
-  // samples.
+  // The side lobes of a matched filter without a window, x range cells before a bed of constant
+  // level, have 1 / (2 pi^2 x) of the bed's power. They reach one length of the pulse. Here a cell
+  // is one or four samples.
   for (const int cell : {1, 4}) {
     CAPTURE(cell);
     RecordedLine line = made_line([&](double sample, double first) {

@@ -284,8 +284,8 @@ TEST_CASE("the halves of a line that are compared are at equal altitude, and are
     CHECK(halves[0].size() + halves[1].size() == speckled_pings);
     // By pairs of neighbours where the altitude falls; else the first and the second half.
     CHECK(mean[1] - mean[0] == Approx(falls ? 400.0 / 12.0 : 200.0).margin(1.0));
-    // The level over the whole line's at one range is that of the altitude: 10 log10 of (120 /
-    // 60)^2 from end to end, half as much between plain halves.
+    // The level at one range, relative to the whole line's level there, follows the altitude:
+    // 10 log10 of (120 / 60)^2 from end to end, and half as much between plain halves.
     for (const ComparedStatistic& one : compare_lines(LineWithBed(line), LineWithBed(line))) {
       CAPTURE(one.name);
       CHECK((std::isnan(one.a) || one.ratio() == 0.0));

@@ -122,7 +122,7 @@ TEST_CASE("a chip shows the whole body first, then as much of the shadow as ther
     CHECK(part({.size_px = 16}, false) == beside);  // a feature of the bed
     CHECK(part({.size_px = 50})[0] == (to_port ? 31u : 119u));
     CHECK(part({.size_px = 16, .with_shadow = false})[0] == (to_port ? 68u : 116u));
-    // As a lookalike of another target.
+    // The target is a hard negative if `classes` does not have its class.
     const std::vector<Chip> negatives =
         chips_of(line, {.size_px = 16, .classes = {"stone"}, .hard_negatives = 1});
     REQUIRE(negatives.size() == 1);
@@ -254,7 +254,7 @@ TEST_CASE("hard negatives show other targets, relief shadows and outcrops, never
       CHECK(apart);
       if (chip.kind != "hard_negative") continue;
       of.insert(chip.of);
-      // Its middle is on what it is about, or on the pixel before.
+      // The middle of a chip is on the chip's target, or on the pixel before.
       const std::size_t column = part.column + 5, row = part.row + 5;
       if (chip.of == "shadow") CHECK((column >= 159 && column < 166 && row >= 44 && row < 50));
       if (chip.of == "stone") CHECK((column >= 39 && column < 43 && row >= 39 && row < 43));

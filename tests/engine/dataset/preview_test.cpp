@@ -28,7 +28,7 @@ bool is_grey(const Rgb& colour) {
 }  // namespace
 
 TEST_CASE("a contact sheet has the line to scale, with a closed box around its object") {
-  // One object to starboard, and a picture without colours of its own.
+  // One object is to starboard, and the picture is grey.
   std::string text =
       tests::changed(tests::tiny_recipe, "[display]\n", "[display]\npalette = \"grey\"\n");
   text = tests::changed(text, "samples = 8\nseafloors = 4\nrenders = 2\n", "samples = 1\n");

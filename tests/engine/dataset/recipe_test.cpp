@@ -211,7 +211,7 @@ range_m = { uniform = [20, 60] }
     const double height_m = scene.seafloor.fractal.height_at_1m_m;
     CHECK((scene.seafloor.material == "medium sand" ? height_m == 0.02
                                                     : height_m >= 0.001 && height_m <= 0.002));
-    // Its own scene is a scene.
+    // The sample's scene can be written and read again.
     CHECK(dump_scene(parse_scene(dump_scene(scene, false), "again"), false) ==
           dump_scene(scene, false));
   }
@@ -448,7 +448,7 @@ TEST_CASE("a table's entry is that of the value, then of a pattern, then the def
   CHECK(matches("a", "*a**"));
   CHECK_FALSE(matches("ab/c", "a*c"));
   CHECK_FALSE(matches("x/y", "*y"));
-  // Neither stack nor time for each way in which many stars can match.
+  // Many stars can match in many ways; the match takes neither stack nor time for each way.
   CHECK_FALSE(matches(std::string(1000, 'a'), std::string(1000000, '*') + "b"));
   std::string stars;
   for (int i = 0; i < 30; ++i) stars += "*a";

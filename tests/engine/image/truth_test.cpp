@@ -126,7 +126,7 @@ TEST_CASE("A polygon has no holes, and a ring that touches itself at a corner is
                                                         "11.1..",  //
                                                         ".111.."}));
   REQUIRE(pinch[0].body.polygons.size() == 1);
-  // Its openings are not holes: they connect to the outside over corners.
+  // The openings of the body are not holes: they connect to the outside over corners.
   CHECK(pinch[0].body.area_px == 11);
   CHECK(twice_area(pinch[0].body.polygons[0]) == 2 * 11);
 }
@@ -194,7 +194,7 @@ TEST_CASE("A target is at a line's edge with a pixel of its body at an end or at
                                          "..7.77..", "........"};
   using Found = std::set<std::uint32_t>;
   CHECK(targets_at_edges(drawn(picture)) == Found{1, 2, 4, 5, 6});
-  // Of one side, the other end of a row is below the sonar.
+  // If the image has one side only, the other end of a row is below the sonar.
   Waterfall one_side = drawn(picture);
   one_side.sonar.bins *= 2;
   one_side.sonar.sides = Sides::port;

@@ -33,7 +33,7 @@ TEST_CASE("A row has port from far to near, then starboard from near to far") {
   CHECK(waterfall.columns() == 6);
   PingRow record;
   record.block = 9;
-  // For either order of the sides.
+  // The sides are given in either order.
   std::vector sides = {line(1, 3, 20), line(0, 3, 10)};
   sides[0].first_return = 2;
   sides[1].starved = 7;

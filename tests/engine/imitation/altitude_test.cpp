@@ -160,7 +160,7 @@ TEST_CASE("altitudes that are moved do not move the path of real recordings") {
     const double bin_m = line.pings.back().range_m / static_cast<double>(line.samples);
     for (const double bins : {0.0, 10.0, -10.0, 30.0, -30.0}) {
       CAPTURE(bins);
-      // Where the file states none, one that follows the bottom line.
+      // A ping without a stated altitude gets one that follows the bottom line.
       std::size_t ping = 0;
       RecordedLine moved = line;
       for (RecordedPing& one : moved.pings) {

@@ -193,7 +193,7 @@ TEST_CASE("a model's scene and recipe are read without a fault, and each key has
   const Scene scene = read_scene(folder / "scene.toml");
   CHECK(scene.sonars.front().bins == 500);
   CHECK(scene.sonars.front().range_m == range_m);
-  // One way, and 0 dB at its peak.
+  // The pattern is of one way, and its peak is 0 dB.
   const std::string beam = tests::read_text(folder / "beam.csv");
   CHECK(beam.find("\n1,0.000,0.000\n") != std::string::npos);
   CHECK(beam.find("\n9,-1.000,-1.000\n") != std::string::npos);

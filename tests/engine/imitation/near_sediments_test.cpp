@@ -1,4 +1,4 @@
-// The sediment whose level over the angle is that of a line.
+// Finds the sediment whose level over the angle is nearest to a line's level.
 
 #include <cmath>
 #include <vector>

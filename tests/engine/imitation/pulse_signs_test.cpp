@@ -63,7 +63,8 @@ TEST_CASE("the correlations over one and two samples show the pulse and its band
   }
   // Short pulses cannot be distinguished.
   CHECK(likely_pulse(0.05, 0.01).kind == PulseKind::cw);
-  // A sweep that could have either window has one, as that of most recorders.
+  // A sweep that fits with and without a window is assumed to have one, because most recorders use
+  // one.
   const double one = amplitude_correlation(sweep.correlation(0.5)),
                two = amplitude_correlation(sweep.correlation(1.0));
   CHECK(likely_pulse(one, two).window == PulseWindow::hann);

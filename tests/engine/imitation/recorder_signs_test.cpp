@@ -27,7 +27,7 @@ TEST_CASE("the contrast of speckle is that of Rayleigh amplitudes") {
   CHECK(speckle_of(Detector::mean, 1).contrast == Approx(0.52272).epsilon(1e-4));
   CHECK(speckle_of(Detector::mean, 4).contrast == Approx(0.26136).epsilon(1e-4));
   CHECK(speckle_of(Detector::peak, 1).contrast == Approx(0.52272).epsilon(1e-3));
-  // By chance: the largest of three, from many draws.
+  // A Monte Carlo check: the largest of three powers, from many draws.
   std::mt19937 random(1);
   std::exponential_distribution<double> power;
   double sum = 0.0, squares = 0.0;
@@ -53,7 +53,7 @@ TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clip
       CHECK(signs.column_db ==
             Approx(-60.0 + 20.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
   }
-  // Texture adds to the contrast; that of 3 looks remains the nearest.
+  // Texture adds to the contrast. The contrast of 3 looks is still the nearest.
   CHECK(recorder_signs(LineWithBed(made_line({.looks = 3, .texture = 0.12}))).looks == 3);
   const RecorderSigns peak = recorder_signs(LineWithBed(made_line({.looks = 3, .peak = true})));
   CHECK(peak.detector == Detector::peak);
@@ -109,7 +109,7 @@ TEST_CASE("bright samples at the beginning are a burst only if they are as brigh
 }
 
 TEST_CASE("the skew of decibels shows the looks of a logarithmic recorder, and they its range") {
-  // By chance, and by the Gumbel distribution for one look.
+  // The expected values are from many draws, and for one look from the Gumbel distribution.
   CHECK(speckle_of(Detector::mean, 1, TransferCurve::logarithmic).contrast ==
         Approx(5.57).epsilon(1e-3));
   CHECK(speckle_of(Detector::mean, 1, TransferCurve::logarithmic).skew ==
@@ -134,7 +134,7 @@ TEST_CASE("the skew of decibels shows the looks of a logarithmic recorder, and t
     CHECK(two.skew == Approx((cubes - sum * (3.0 * variance + sum * sum)) / std::pow(variance, 1.5))
                           .epsilon(0.05));
   }
-  // With the level of the bed steady over range, or not.
+  // The level of the bed is constant over range, or it changes.
   for (const double spreading : {30.0, 15.0})
     for (const int looks : {1, 2, 4, 8}) {
       CAPTURE(spreading, looks);

@@ -31,7 +31,7 @@ TEST_CASE("a darker part of the bed is on the map of tones where it is") {
   const ToneMap map =
       tone_map(LineWithBed(line), path, recorder_signs(LineWithBed(line)), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
-  // Over 21 x 21 pixels, because what lies between two steps gets either of them.
+  // The mean over 21 x 21 pixels, because a level between two steps gets either of the two steps.
   const auto tone_db_at = [](const ToneMap& of, double east_m, double north_m) {
     const auto column = static_cast<std::size_t>((east_m / 104.0 + 0.5) * double(of.columns));
     const auto row = static_cast<std::size_t>((0.5 - north_m / 184.0) * double(of.rows));
@@ -72,7 +72,7 @@ TEST_CASE("a tone that changes slowly has no borders") {
   const ToneMap map =
       tone_map(LineWithBed(line), path, recorder_signs(LineWithBed(line)), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
-  // By rows of pixels over 20 m from east to west, the mean follows the change.
+  // The mean over 20 m of each row of pixels, from east to west, follows the change.
   const double north_side_m = 184.0 / static_cast<double>(map.rows);
   for (double north_m = -35.0; north_m < 35.0; north_m += 1.0) {
     CAPTURE(north_m);

@@ -80,8 +80,8 @@ TEST_CASE("an altitude that changes fast at the ends of a line is followed to th
 TEST_CASE("wrong fixes neither turn nor move a path") {
   const RecordedLine line = made_line({});
   const VehiclePath whole = vehicle_path(LineWithBed(line));
-  // One at the begin, and more in one place than a median over the pings around can leave out. The
-  // last is on the other side of the Earth.
+  // Wrong places: one at the begin, and more neighbours than a median over the pings around can
+  // leave out. The last one is on the other side of the Earth.
   RecordedLine wrong = line;
   wrong.pings[0].place = GeographicPlace{1.0 * degree, 1.0 * degree};
   for (std::size_t ping = 100; ping < 140; ++ping)

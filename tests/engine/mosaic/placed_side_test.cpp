@@ -1,4 +1,4 @@
-// Where the bins of a ping lie on the ground.
+// Tests where the bins of a ping lie on the ground.
 
 #include <cmath>
 #include <numbers>

@@ -39,7 +39,7 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, without ignor
   CHECK(masks[3].name == "region");
   CHECK(png_pixels(masks[3].png, false) ==
         std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
-  // The shadow of instance 7 is ignored, that of instance 300 has a class.
+  // The shadow of instance 7 is ignored, and the shadow of instance 300 has a class.
   layers.region[8] = 4;
   layers.shadow_instance[8] = 7;
   layers.shadow_instance[3] = 300;

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "support/at.h"
 #include "support/catch.h"
 
 #include <ensonify/engine/base/units.h>
@@ -13,16 +13,9 @@
 #include <ensonify/engine/output/xtf.h>
 
 using namespace ensonify::engine;
+using ensonify::tests::at;
 
 namespace {
-
-template <class T>
-T at(const std::vector<std::byte>& bytes, std::size_t offset) {
-  REQUIRE(offset + sizeof(T) <= bytes.size());
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
 
 std::string text_at(const std::vector<std::byte>& bytes, std::size_t offset, std::size_t width) {
   std::string text(reinterpret_cast<const char*>(bytes.data()) + offset, width);
@@ -388,7 +381,8 @@ TEST_CASE("a recording has the sonar's position and attitude, not the vehicle's"
   CHECK(there.place.latitude_rad / degree == Approx(55.0 + 0.198 / 111.315).margin(2e-7));
   CHECK(there.depth_m == Approx(13.5));
   CHECK(there.altitude_m == Approx(7.25 - 1.0 - 0.6));
-  // From true north at its place, where meridians have converged by the sine of the latitude.
+  // Headings count from true north at the place. There the meridians have converged by the
+  // difference of longitude times the sine of the latitude.
   const auto north_deg = [&] {
     return (there.place.longitude_rad / degree - 10.0) * std::sin(there.place.latitude_rad);
   };

@@ -56,7 +56,7 @@ AlteredXtf exchanged(AlteredXtf file, std::size_t width) {
   return file;
 }
 
-/// The same file with samples of 32 bits, made by `of` from those of 16.
+/// The same file with samples of 32 bits. `of` makes them from the samples of 16 bits.
 template <class T, class Of>
 AlteredXtf with_samples_of_32_bits(AlteredXtf file, int format, Of&& of) {
   for (const std::size_t channel : {0u, 1u}) {

@@ -55,10 +55,8 @@ TEST_CASE("a heading of 0 in every ping is not used if the course or the gyro co
   const ChosenHeadings gyro = choose_headings(line_on_course(90.0, 0.0, 92.0));
   CHECK(gyro.rad[50].value() == Approx(92.0 * degree));
   CHECK(gyro.of_gyro);
-  CHECK(
-      gyro.instead ==
-      "the heading is 0 in every ping, but the course is 90 degrees off it; the ship's gyro is the "
-      "heading");
+  CHECK_THAT(gyro.instead, Catch::StartsWith("the heading is 0 in every ping") &&
+                               Catch::Contains("90 degrees off") && Catch::Contains("gyro"));
   const ChosenHeadings course = choose_headings(line_on_course(90.0, 0.0));
   CHECK_FALSE(course.rad[50]);
   CHECK_FALSE(course.of_gyro);

@@ -1,4 +1,4 @@
-// Where a towed sonar is, if its file has the place of the ship.
+// Finds the place of a towed sonar from a file that has the ship's places.
 
 #include <cmath>
 #include <vector>
@@ -24,7 +24,7 @@ Eigen::Vector2d ship_m(double ping) {
   return {4.0 * std::min(ping, 100.0), 4.0 * std::max(ping - 100.0, 0.0)};
 }
 
-/// A recording whose headers have the ship's places, and those of the sonar if they are given.
+/// A recording whose headers have the ship's places, and the sonar's places if `with_sonar`.
 AlteredXtf towed(float layback_m, std::uint16_t cable_m, bool with_sonar) {
   Recording recording = tests::small_recording();
   const NavPing first = recording.pings.front();

@@ -56,10 +56,10 @@ TEST_CASE("the navigation of a JSF without validity flags is read, with a warnin
     CHECK(ping.altitude_m.value() == same.altitude_m.value());
     CHECK(ping.speed_mps.value() == same.speed_mps.value());
   }
-  CHECK(line.warnings == std::vector<std::string>{
-                             "r: its pings do not state which of their values are valid, as JSF "
-                             "before 2008; read where it is plausible: place, heading, pitch, "
-                             "roll, depth, altitude, speed"});
+  REQUIRE(line.warnings.size() == 1);
+  CHECK_THAT(line.warnings[0],
+             Catch::StartsWith("r: its pings ") && Catch::Contains("valid") &&
+                 Catch::EndsWith(": place, heading, pitch, roll, depth, altitude, speed"));
 }
 
 TEST_CASE("values of a JSF without validity flags that no sonar has are not read") {
@@ -159,9 +159,10 @@ TEST_CASE("a latitude of a JSF that Earth does not have is named") {
   });
   CHECK(line.pings[0].place);
   CHECK_FALSE(line.pings[1].place);
-  CHECK(line.warnings ==
-        std::vector<std::string>{"r: 2 pings state an impossible latitude or longitude; it is left "
-                                 "out; the first is ping 9, with latitude 129, longitude -10.5"});
+  REQUIRE(line.warnings.size() == 1);
+  CHECK_THAT(line.warnings[0],
+             Catch::StartsWith("r: 2 pings state an impossible latitude or longitude;") &&
+                 Catch::EndsWith("ping 9, with latitude 129, longitude -10.5"));
 }
 
 TEST_CASE("places of a JSF that only its NMEA messages have are not lost in silence") {
@@ -191,12 +192,7 @@ TEST_CASE("a JSF without a sidescan is named by what it has") {
       put(std::span(bytes).subspan(i * message), 4, static_cast<std::uint16_t>(type));
       put(std::span(bytes).subspan(i * message), 7, static_cast<std::uint8_t>(subsystem));
     }
-    try {
-      parse_recording(bytes, "r");
-    } catch (const RecordingError& error) {
-      return std::string(error.what());
-    }
-    return std::string("no error");
+    return tests::error_of(bytes);
   };
   CHECK(error_with(0, 80, 0) ==
         "r: has no sidescan samples; it has messages of a sub-bottom profiler, subsystem 0 (6), "

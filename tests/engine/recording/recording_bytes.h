@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/message.h"
 
 #include <ensonify/engine/recording/recording_reader.h>
 
@@ -22,12 +23,8 @@ void put(Bytes&& bytes, std::size_t offset, Number value) {
 }
 
 inline std::string error_of(std::span<const std::byte> bytes) {
-  try {
-    engine::parse_recording(bytes, "r");
-  } catch (const engine::RecordingError& error) {
-    return error.what();
-  }
-  return "no error";
+  return message_thrown<engine::RecordingError>([&] { engine::parse_recording(bytes, "r"); },
+                                                "no error");
 }
 inline std::string error_of(const std::string& bytes) {
   return error_of(std::as_bytes(std::span(bytes)));

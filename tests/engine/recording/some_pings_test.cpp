@@ -1,4 +1,4 @@
-// Which pings of a line are of one range and length.
+// Selects the pings of a line that have one range and one length.
 
 #include <algorithm>
 #include <cstddef>

@@ -181,8 +181,8 @@ TEST_CASE("channels of port and starboard are read although the header counts th
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].port.size() == 8);
   CHECK(lines[0].starboard.size() == 8);
-  CHECK(
-      lines[0].warnings ==
-      std::vector<std::string>{"r: its header counts no sonar channels, but 2 of its channels are "
-                               "port or starboard and have samples; read as a sidescan's"});
+  REQUIRE(lines[0].warnings.size() == 1);
+  CHECK_THAT(lines[0].warnings[0], Catch::StartsWith("r: its header counts no sonar channels") &&
+                                       Catch::Contains("2 of its channels") &&
+                                       Catch::EndsWith("sidescan's"));
 }

@@ -26,7 +26,8 @@ const std::string good =
     "10,1490.5\n"
     "30,1485\n";
 
-/// The same as a CastAway writes it: what it knows of itself, then its columns, in its own words.
+/// The same profile in the form that a CastAway writes: the instrument's header, then columns with
+/// the instrument's names.
 const std::string castaway =
     "% Device,11E101663\n"
     "% Cast time (UTC),2012-08-21 12:28:17\n"
@@ -96,7 +97,7 @@ TEST_CASE("All forms that programs write are read the same") {
       replaced(good, ",", " , "),
       replaced(good, ",", ",\t"),
       replaced(replaced(good, "\n", " \n"), ",", "\t,"),
-      "soundspeed_mps,depth_m\n1500,0\n1490.5,10\n1485,30\n",  // columns the other way
+      "soundspeed_mps,depth_m\n1500,0\n1490.5,10\n1485,30\n",  // columns in the other order
       "\"depth_m\",\"soundspeed_mps\"\n" + rows,               // as R writes it
       "\"depth_m\",\"soundspeed_mps\"\n\"0\",\"1500\"\n\"10\",\"1490.5\"\n\"30\",\"1485\"\n",
       "depth_m,soundspeed_mps\n30,1485\n10,1490.5\n0,1500\n",  // an upcast

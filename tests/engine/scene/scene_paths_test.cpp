@@ -1,4 +1,4 @@
-// Where the files of a scene may lie.
+// Tests in which folders the files of a scene may lie.
 
 #include <ensonify/engine/scene/dump.h>
 #include <ensonify/engine/scene/keys/key_text.h>

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "support/catch.h"
+#include "support/message.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify;
@@ -22,12 +23,7 @@ const Ground step{.bed_height_m = [](double, double y_m) { return y_m < 0.0 ? -2
                   .frame = {}};
 
 std::string refusal(const Scene& scene, const Ground& ground = step) {
-  try {
-    build_track(scene, ground, 1500.0);
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return tests::message_thrown<SceneError>([&] { build_track(scene, ground, 1500.0); }, "accepted");
 }
 
 Scene from_file(const TemporaryFolder& folder, const std::string& text) {

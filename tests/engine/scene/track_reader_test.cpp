@@ -9,6 +9,7 @@
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
@@ -30,12 +31,7 @@ NavigationLog parsed_track(const std::string& text, const TrackOptions& track = 
 }
 
 std::string track_error(const std::string& text, const LocalFrame& frame = {}) {
-  try {
-    parsed_track(text, {}, frame);
-  } catch (const SceneError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return tests::message_thrown<SceneError>([&] { parsed_track(text, {}, frame); }, "accepted");
 }
 
 const LocalFrame survey{{405000.0, 6202000.0, 0.0}, true, 0};
@@ -74,7 +70,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   }
   CHECK(log.x_m[0] == Approx(-log.x_m[1]).epsilon(1e-4));
   CHECK(log.y_m[1] - log.y_m[0] == Approx(111.2).margin(0.1));
-  // True north is that of the place, a thousandth of a degree west of the middle.
+  // A heading counts from true north at its place, which is 0.001 degrees west of the middle.
   CHECK(log.heading_rad[0] / degree == Approx(0.001 * std::sin(48.445 * degree)).epsilon(1e-3));
   CHECK(log.origin.value().latitude_rad == Approx(48.4455 * degree).epsilon(1e-12));
   CHECK(log.origin.value().longitude_rad == Approx(-68.828 * degree).epsilon(1e-12));

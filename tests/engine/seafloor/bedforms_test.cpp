@@ -144,7 +144,7 @@ TEST_CASE("Where crests are held below the angle of repose, the bed has no creas
                         .forks = 0.0};
   Heightfield field = flat(801, 801, 0.1, 0.1);
   add_bedforms(field, relief, crest_draws(3));
-  // At a crease the curvature along the crests jumps. Gentle sides have none of their own.
+  // At a crease the curvature along the crests jumps. The gentle sides have no creases.
   constexpr double cell_m = 0.1;
   int gentle = 0, sudden = 0;
   for (int row = 1; row + 2 < field.rows; ++row)

@@ -28,7 +28,8 @@ TEST_CASE("The facet angle of a round shape is the angle that it was made with")
     size.length_m = 40.0;  // the ends are a small part of it
     size.diameter_m = 0.5;
     CHECK(facet_angle_rad(body("cylinder", size)) == Approx(size.facet_rad.value()).epsilon(0.02));
-    // For a ball: edges of triangles over the square root of 3, halved until they are small enough.
+    // For a ball the angle is a triangle's edge divided by sqrt(3). The edges are halved until it
+    // is small enough.
     size.diameter_m = 1.0;
     const double across = facet_angle_rad(body("sphere", size)) * std::sqrt(3.0);
     CHECK(across < 1.15 * *size.facet_rad);  // facets differ in size

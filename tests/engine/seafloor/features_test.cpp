@@ -225,7 +225,7 @@ TEST_CASE("Pits have the requested number, width and depth, and are marked insid
   CHECK(share == Approx(1.0 - std::exp(-30e-4 * area)).epsilon(0.08));
   // Depths reach from 0.4 to 1.6 of the mean, and up to 9 % farther where a floor leans most.
   CHECK(-deepest == Approx(1.04 * 0.6 * 1.6).epsilon(0.06));
-  // Of (1 - r^2)^p, where p is evenly distributed from 1.2 to 2.8; some pits overlap.
+  // A pit has the form (1 - r^2)^p, and p is uniform from 1.2 to 2.8. Some pits overlap.
   const double share_of_cylinder = std::log(3.8 / 2.2) / 1.6;
   CHECK(volume == Approx(30.0 * 0.6 * area * share_of_cylinder).epsilon(0.12));
 }
@@ -433,7 +433,7 @@ TEST_CASE("A boulder is as high as asked on average, and parts have broken off a
 
 TEST_CASE("Boulders may cover the bed twenty times, by the mean square of their diameters") {
   for (const double spread : {0.0, 0.5, 1.0, 2.0}) {
-    // Of a log-normal variable with the median 1 that ends at 5, by the midpoint rule.
+    // The mean square of a log-normal variable with the median 1, limited to 5 (midpoint rule).
     double mean_square = 0.0;
     for (double normal = -9.9995; normal < 10.0; normal += 0.001)
       mean_square += 0.001 * std::exp(-0.5 * normal * normal) / std::sqrt(2.0 * pi) *

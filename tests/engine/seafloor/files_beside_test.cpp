@@ -20,6 +20,7 @@
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/mesh_files.h"
+#include "support/message.h"
 #include "support/surveys.h"
 #include "support/temporary_folder.h"
 
@@ -83,16 +84,8 @@ Heightfield area_grid() {
 
 /// Why such a file is refused, by all that reads it; empty if it is read.
 std::string refusal(const TemporaryFolder& folder, const std::string& name) {
-  const auto message_of = [](const auto& read) -> std::string {
-    try {
-      read();
-    } catch (const ensonify::Error& error) {
-      return error.what();
-    }
-    return {};
-  };
-  std::string why = message_of([&] { files_behind(folder / name); });
-  CHECK(message_of([&] {
+  std::string why = message_thrown<ensonify::Error>([&] { files_behind(folder / name); });
+  CHECK(message_thrown<ensonify::Error>([&] {
           if (name == "b.png")
             read_area_image(folder / name, area_grid(), 1);
           else

@@ -231,7 +231,7 @@ TEST_CASE("No flat part that faces a sonar is in a block that does not, from nea
       }
     CHECK(wrong == 0);
     CHECK(facing > 100);
-    // Of a body with few flat parts one block has all sides.
+    // If a body has few flat parts, one block contains parts of all its sides.
     if (object.blocks.size() > 40) CHECK(blocks_left_out > blocks / 5);
   }
 }

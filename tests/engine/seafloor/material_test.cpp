@@ -115,8 +115,8 @@ TEST_CASE("Rough solids are uneven at all angles, smooth ones are even") {
   CHECK(fouled.shape_at(0.1) == fouled.shape_at(1.5));
   // The ln intensity of a K distribution has the variance trigamma(1) + trigamma(shape). From ping
   // to ping the samples of the wreck in scotsman-iver2.xtf, where they do not clip, change by 1.33
-  // (variance of ln), those of the bed next to it by 0.88. So its texture adds at most half of the
-  // speckle's variance.
+  // (variance of ln), and the samples of the bed next to the wreck change by 0.88. So the wreck's
+  // texture adds at most half of the speckle's variance.
   double trigamma = 0.0;
   for (int n = 0; n < 100'000; ++n) trigamma += std::pow(fouled.shape_at(0.5) + n, -2.0);
   CHECK(trigamma < (1.33 / 0.88 - 1.0) * std::numbers::pi * std::numbers::pi / 6.0);

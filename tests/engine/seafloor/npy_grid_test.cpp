@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/bed/npy_grid.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
 
 #include <cmath>
 #include <cstdint>

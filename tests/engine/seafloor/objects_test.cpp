@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/base/scene_error.h>
-#include <ensonify/engine/seafloor/objects/path_reader.h>
+#include <ensonify/engine/seafloor/objects/laid_line.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
 using namespace ensonify;

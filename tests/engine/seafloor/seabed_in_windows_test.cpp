@@ -21,6 +21,7 @@
 #include "engine/seafloor/spectrum.h"
 #include "support/catch.h"
 #include "support/files.h"
+#include "support/message.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
@@ -292,14 +293,7 @@ TEST_CASE("An area without a point of the bed is refused in tiles as at once") {
     SeabedOptions seabed;
     seabed.patches.resize(1);
     seabed.patches[0].area = area;
-    const auto fault = [&](auto&& lay) -> std::string {
-      try {
-        lay();
-      } catch (const SceneError& error) {
-        return error.what();
-      }
-      return "";
-    };
+    const auto fault = [](const auto& lay) { return message_thrown<SceneError>(lay); };
     Heightfield bed = grid;
     const std::string at_once = fault([&] { lay_seabed(bed, seabed, "medium sand", 1); });
     CHECK(fault([&] { require_windows(grid, seabed); }) == at_once);

@@ -97,7 +97,7 @@ TEST_CASE("Patches take their share within a per cent, with ragged borders") {
       return borders / (0.25 * step * places);
     };
     CHECK(crossings_per_m(16) < 4.0 / 15.0);
-    // Of a smooth border finer steps find hardly more.
+    // If the border were smooth, finer steps would find hardly more crossings.
     CHECK(crossings_per_m(1) > 1.5 * crossings_per_m(16));
     CHECK(crossings_per_m(1) < 4.0 * crossings_per_m(16));
   }
@@ -282,7 +282,7 @@ TEST_CASE("A bed has the same bits on any number of threads") {
   const Heightfield alone = make_heightfield(bed, 4);
   for (const int threads : {2, 3, alone.rows + 1})
     CHECK(make_heightfield(bed, 4, {}, {}, {}, {.threads = threads}).z_m == alone.z_m);
-  // One transform that is scaled by a sum over all its terms.
+  // This relief is one transform, and a sum over all its terms scales it.
   SeafloorOptions scaled = options();
   scaled.fractal = {.height_at_1m_m = 0.05, .spectrum = FractalSpectrum::paper, .longest_m = 16.0};
   CHECK(make_heightfield(scaled, 4, {}, {}, {}, {.threads = 3}).z_m ==

@@ -14,6 +14,7 @@
 #include "support/catch.h"
 #include "support/files.h"
 #include "support/grids.h"
+#include "support/message.h"
 #include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
@@ -32,12 +33,7 @@ SeafloorOptions small() {
 }
 
 std::string message_of(const SeafloorOptions& options) {
-  try {
-    make_seafloor(options, 1);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
+  return message_thrown<std::exception>([&] { make_seafloor(options, 1); });
 }
 
 }  // namespace

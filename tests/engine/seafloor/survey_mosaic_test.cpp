@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/bed/survey_mosaic.h>
+#include <ensonify/engine/seafloor/bed/survey_formats.h>
 
 #include <cmath>
 #include <cstddef>

@@ -164,7 +164,7 @@ TEST_CASE("A bed in tiles has no seam: steps over a border of blocks are those a
       }
       mean /= count;
       const double sd = std::sqrt(squares / count - mean * mean);
-      // At the border, and beside it: as far from the mean as anywhere.
+      // Values at the border and beside it are no farther from the mean than other values.
       for (const int place : {block - 1, block, block + 1, block + 2})
         CHECK(std::abs(detect(place, across, order) - mean) < 4.0 * sd);
     }

@@ -22,7 +22,7 @@ namespace ensonify::engine {
 
 #ifndef ENSONIFY_HELPER_FAULTS
 #define ENSONIFY_HELPER_FAULTS
-/// How many numbers are not those of plain code, by helper; and on which target.
+/// For each helper, how many numbers differ from the numbers of plain code; and on which target.
 struct HelperFaults {
   std::int64_t target, store_some, bits_of, fma, gather, gather_pair, promoted, vectors;
 };
@@ -70,7 +70,7 @@ HWY_INLINE hn::Mask<Tag> mask_of(Tag tag, std::uint32_t bits) {
   return hn::Ne(set.all(), hn::Zero(tag));
 }
 
-// Over all masks.
+// Tests all masks.
 template <class Tag>
 HWY_INLINE std::int64_t faults_of_store_some(Tag tag) {
   using Number = hn::TFromD<Tag>;

@@ -112,7 +112,7 @@ TEST_CASE("another sonar is received at a fixed range, or moves by a constant fr
   moving.interference_drift_m = 1.5;
   for (const std::uint64_t ping : {0, 1, 10}) CHECK(loudest(moving, ping) == 400 + 30 * int(ping));
   CHECK(loudest(moving, 40) == 400 + 30 * 40 - 1500);  // wraps around at the last bin
-  // One that stays beyond the range of 75 m is not heard.
+  // Interference that stays beyond the range of 75 m is not received.
   const EchoLine line =
       Receiver({.interference_db = 30.0, .interference_range_m = 80.0}, true).receive(0, 0, 0, 0);
   CHECK_FALSE(line.artefacts.has(Artefact::interference));
@@ -297,7 +297,7 @@ TEST_CASE("a fish's shadow is as dark as its height over that and the Fresnel zo
 }
 
 TEST_CASE("a fish's echo has its strength, whatever the bins and the pulse") {
-  // The energy of all echoes of a line with many small fish, by that of a cell.
+  // The energy of all echoes of a line with many small fish, divided by the energy of a cell.
   const auto energy = [](int bins, double bandwidth_hz) {
     Sonar sonar = quiet_sonar();
     sonar.bins = bins;
@@ -572,7 +572,7 @@ TEST_CASE("shimmer's bands bend, and those of one side are not those of the othe
   };
   CHECK(std::abs(alike(0, 1, 0, 0)) < 0.3);
   CHECK(alike(0, 0, 1, 0) > 0.4);  // from ping to ping they are much the same
-  // One wave, or waves of one speed, would be the same again elsewhere.
+  // A single wave, or waves of one speed, would reappear unchanged at a later ping, shifted.
   double most = 0.0;
   for (std::ptrdiff_t shift = -200; shift <= 200; shift += 4)
     most = std::max(most, alike(0, 0, later, shift));

@@ -248,7 +248,7 @@ TEST_CASE("a cylinder with round ends glints as one without, and its ends as sph
           range_m *
           Eigen::Vector3d(0.8 * std::cos(off_rad), 0.6 * std::cos(off_rad), std::sin(off_rad));
       CAPTURE(range_m, off_rad);
-      // One of the spheres may be seen too.
+      // The glint of one of the spheres may add to the result.
       CHECK(glints_m2(with_ends, sonar, wavelength_m) ==
             Approx(glints_m2(without, sonar, wavelength_m))
                 .epsilon(0.01)

@@ -33,7 +33,7 @@ struct Laid {
   float slope = 0.0f;
   bool answers = true;
   float weight = 0.25f;
-  double longer = 1.0;          // the range it would have without its neighbours, over what it has
+  double longer = 1.0;          // its range without its neighbours, divided by its range
   double middle_after_m = 0.0;  // how much farther its middle would be
 };
 

@@ -97,7 +97,7 @@ TEST_CASE("the kernel's logarithm agrees with std::log2") {
 }
 
 TEST_CASE("no patch of the ground has a strength from beyond its row of the table") {
-  // One row of ones, and a number after it that no patch may have.
+  // The table is one row of ones. No patch may have the number after the row.
   constexpr float beyond = 1000.0f;
   std::vector<float> quantiles(GammaTable::columns + 1, 1.0f);
   quantiles.back() = beyond;

@@ -134,8 +134,8 @@ class Plane {
 
 TEST_CASE("pieces that meet are one surface, without a shadow between them") {
   Plane plane;
-  // One ends with a ray at 12.08 m, the next begins with one at 12.1 m: 2 cm between them, and
-  // 2 cm from ray to ray.
+  // The first run ends with a ray at 12.08 m, and the next run begins with a ray at 12.1 m: 2 cm
+  // between the runs, and 2 cm from ray to ray.
   const auto shadows =
       plane.walk({{100, 110, 12.0, 1}, {110, 120, 12.18, 2}, {120, 130, 12.36, 1}});
   CHECK(plane.pieces.starts_surface[0] == 1);

@@ -1,5 +1,5 @@
-// A comparison is only as good as what it catches: each fault is planted in a sound intersector and
-// must be found by rays from every source; correct behaviour must pass.
+// Tests that the comparison finds faults: each fault is planted in a sound intersector, and rays
+// from every source must find the fault. Correct behaviour must pass.
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// The comparison of bent rays is only as good as what it catches: each fault is planted in what a
-// run would trace with, and must be found by 2e5 rays.
+// Tests that the comparison of bent rays finds faults: each fault is planted in what a run would
+// trace with, and 2e5 rays must find the fault.
 
 #include <ensonify/engine/trace/check/bent_rays.h>
 
@@ -14,7 +14,7 @@
 
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/face_sources/static_faces.h>
-#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -1,4 +1,4 @@
-// The purpose of refinement: every ray of a fan hits what it hits on the whole mesh.
+// The purpose of refinement: every ray of a fan has the same hit as on the whole mesh.
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
@@ -289,17 +289,7 @@ TEST_CASE("A spare thread makes the tiles and clusters that the sonar will reach
   const std::string kind = GENERATE("footprint", "refined");
   CAPTURE(kind);
   const tests::Heights heights = tests::random_heights(300, 4200, 0.5, 0.5, 0.0, 21);
-  const auto source = [&](int first_column, int first_row, int columns, int rows,
-                          std::span<double> z_m, std::span<std::uint8_t>) {
-    for (int row = 0; row < rows; ++row)
-      std::copy_n(
-          heights.z_m.begin() + std::ptrdiff_t{first_row + row} * heights.columns + first_column,
-          columns, z_m.begin() + std::ptrdiff_t{row} * columns);
-  };
-  const auto tiles = std::make_shared<refine::HeightTiles>(
-      heights.x_m(), heights.y_m(), Eigen::Vector3d::Zero(),
-      [](refine::HeightTiles::Shape& shape) { shape.mean_height_m = 0.0; }, source,
-      std::filesystem::path(), "key");
+  const auto tiles = heights.tiles();
   const auto grid = std::make_shared<const refine::HeightGrid>(tiles);
   FaceSourceParts parts{.grid = grid,
                         .objects = std::make_shared<const refine::BallTree>(),

@@ -7,10 +7,12 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/fans.h"
 #include "support/hits.h"
 #include "support/targets.h"
 
@@ -21,7 +23,6 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using ensonify::tests::hits_of;
@@ -119,17 +120,12 @@ RayFan fan_to_east(const EastLook& look, std::shared_ptr<const FanGrid> grid = n
                                                      .truncation_rad = 0.05,
                                                      .main_lobe_rad = 0.04,
                                                      .elevations = look.elevations});
-  const Matrix3d turn = (Eigen::AngleAxisd(look.yaw_rad, Vector3d::UnitZ()) *
-                         Eigen::AngleAxisd(look.pitch_rad, Vector3d::UnitX()) *
-                         Eigen::AngleAxisd(look.roll_rad, Vector3d::UnitY()))
-                            .toRotationMatrix();
-  const double c = std::cos(grid->middle_depression_rad), s = std::sin(grid->middle_depression_rad);
-  return {grid,
-          look.origin,
-          turn * Vector3d::UnitY(),
-          turn * Vector3d(c, 0, -s),
-          turn * Vector3d(s, 0, c),
-          look.range_m};
+  return tests::fan_to_side({.origin = look.origin,
+                             .roll_rad = look.roll_rad,
+                             .pitch_rad = look.pitch_rad,
+                             .yaw_rad = look.yaw_rad,
+                             .range_m = look.range_m},
+                            std::move(grid));
 }
 
 /// Compares fan_scan with the reference on these fans and on fans aimed at the mesh, with static

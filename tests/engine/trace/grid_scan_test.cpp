@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/fans.h"
 #include "support/heights.h"
 #include "support/meshes.h"
 
@@ -22,8 +23,9 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using ensonify::tests::fan_to_side;
+using ensonify::tests::SideLook;
 
 namespace {
 
@@ -40,28 +42,6 @@ tests::Heights rippled_slope(int columns, int rows, double ripple_m, double nois
                             noise_m * tests::uniform(random, -1.0, 1.0));
     }
   return heights;
-}
-
-struct SideLook {
-  Vector3d origin;
-  double roll_rad = 0.0, pitch_rad = 0.0, yaw_rad = 0.0;
-  bool port = false;
-  double range_m = 50.0;
-};
-
-RayFan fan_to_side(const SideLook& look, std::shared_ptr<const FanGrid> grid) {
-  const Matrix3d turn = (Eigen::AngleAxisd(look.yaw_rad, Vector3d::UnitZ()) *
-                         Eigen::AngleAxisd(look.pitch_rad, Vector3d::UnitX()) *
-                         Eigen::AngleAxisd(look.roll_rad, Vector3d::UnitY()))
-                            .toRotationMatrix();
-  const double c = std::cos(grid->middle_depression_rad), s = std::sin(grid->middle_depression_rad);
-  const double side = look.port ? -1.0 : 1.0;
-  return {.grid = std::move(grid),
-          .origin = look.origin,
-          .array_axis = turn * Vector3d::UnitY(),
-          .middle = turn * Vector3d(side * c, 0.0, -s),
-          .pole = turn * Vector3d(side * s, 0.0, c),
-          .range_m = look.range_m};
 }
 
 std::shared_ptr<const FanGrid> angles(double low_deg, double high_deg, double truncation_rad,

@@ -12,7 +12,7 @@ TEST_CASE("A place's nearest floats are floats, and no others are nearer") {
   for (int i = 0; i < 1000; ++i) {
     const double size = tests::uniform(random, 1.0, 1e6);
     const Eigen::Vector3d place = size * tests::direction(random);
-    // As for a fan's origin: computed, rounded and used immediately.
+    // A fan's origin is also computed, rounded and used immediately.
     const Eigen::Vector3d found =
         engine::nearest_floats(place + Eigen::Vector3d(0.123, 0.456, 0.1));
     for (int axis = 0; axis < 3; ++axis) {

@@ -14,7 +14,7 @@
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/check/bent_rays.h>
-#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 #include <ensonify/engine/trace/refraction/refracted_tracer.h>
 
 using namespace ensonify;

@@ -12,7 +12,7 @@
 #include "support/targets.h"
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
-#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/bent_ranges.h>
 #include <ensonify/engine/trace/refraction/travel_time.h>
 
 using namespace ensonify;

@@ -1,4 +1,6 @@
-#include <cstdint>
+#include <ensonify/engine/run/joined_files.h>
+
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -7,10 +9,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/run/joined_files.h>
+#include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/run/json_record-inl.h>
-#include <ensonify/refine/atomic_file.h>
-#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -39,10 +39,11 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
   std::optional<PngWriter> writer;
   PngFormat format;  // of the joined picture
   std::size_t beams = 0, group = 1;
+  // A group is the rows of the parts' pictures whose mean is one row of the joined picture.
   std::size_t left = 0, added = 0;  // rows of the present group
   std::vector<std::uint64_t> sums;
   std::vector<std::uint8_t> mean;
-  // The newest ping is on top. Groups are counted from the oldest ping, so the first may be short.
+  // The newest ping is on top. Groups begin at the oldest ping; the top one may be smaller.
   for (std::size_t part = finished_parts; part-- > 0;) {
     const fs::path its_file = folder / parts.file(part, sonar, ".png");
     const Picture picture = read_picture(its_file);
@@ -85,6 +86,52 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
   }
   writer->finish();
   file.commit();
+}
+
+PartRecord sum_of_parts(const fs::path& folder, const RunParts& parts, std::size_t first,
+                        std::size_t end) {
+  PartRecord sum{.counts = {{"pings", 0}}};
+  for (std::size_t part = first; part < end; ++part) {
+    const std::string its = parts.folder(part);
+    PartRecord record = read_part_json(folder / its / part_json_name);
+    for (FileRecord& file : record.files) file.name = its + "/" + file.name;
+    if (part == first)
+      sum = std::move(record);
+    else
+      sum += record;
+  }
+  return sum;
+}
+
+PartRecord finish_run(const fs::path& folder, const RunPlan& plan,
+                      const std::function<void()>& waiting) {
+  const RunParts& parts = plan.parts;
+  PartRecord whole = sum_of_parts(folder, parts, 0, parts.count());
+  for (std::size_t part = 0; part < parts.count(); ++part)
+    whole.files.push_back(record_of(folder, parts.folder(part) + "/" + part_json_name));
+  for (const auto& [sonar, visibility] : whole.object_visibility) {
+    const std::string picture = sonar + ".png", targets = sonar + "_targets.json";
+    {
+      const Claim claim = StagingFolder::wait_for(folder / picture, waiting);
+      join_pictures(folder, parts, parts.count(), sonar);
+    }
+    whole.files.push_back(record_of(folder, picture));
+    if (std::ranges::none_of(whole.files, [](const FileRecord& file) {
+          return file.name.ends_with("_targets.json");
+        }))
+      continue;
+    const Claim claim = StagingFolder::wait_for(folder / targets, waiting);
+    refine::write_file(folder / targets,
+                       join_targets(folder, parts, sonar, visibility, whole.target_sights[sonar]));
+    whole.files.push_back(record_of(folder, targets));
+  }
+  whole.files.push_back(record_of(folder, plan_file(folder).filename().string()));
+  std::ranges::sort(whole.files, {}, &FileRecord::name);
+  const std::vector<std::string> more = warnings_of(whole, plan.intersector);
+  whole.warnings.insert(whole.warnings.end(), more.begin(), more.end());
+  const Claim claim = StagingFolder::wait_for(folder / "manifest.json", waiting);
+  refine::write_file(folder / "manifest.json", manifest_json(plan, whole));
+  return whole;
 }
 
 }  // namespace ensonify::engine
