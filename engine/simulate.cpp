@@ -56,7 +56,7 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
   for (std::size_t i = 0; i < own_->sonars.size(); ++i)
     for (int beam = 0; beam < own_->sonars[i].parallel_beams(); ++beam) {
       const Sonar& sonar = own_->sonars[i];
-      const Pose sonar_pose = mounted(pose, sonar.mounting.ahead(sonar.beam_offset_m(beam)));
+      const Pose sonar_pose = mounted(pose, sonar.beam_mounting(beam));
       const double bed_m = own_->bed.height_m(sonar_pose.position.x(), sonar_pose.position.y());
       if (const auto fault = out_of_water(sonar_pose.position, bed_m))
         throw std::invalid_argument(fmt::format(

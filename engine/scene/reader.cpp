@@ -267,7 +267,8 @@ class Reader {
     from.track.kind = scene_.track.kind;
     from.sonars.clear();
     for (const Sonar& sonar : scene_.sonars) {
-      from.sonars.push_back(sonar.preset.empty() ? Sonar{} : preset_sonar(sonar.preset));
+      from.sonars.push_back(sonar.preset.empty() ? usual_sonar(sonar.kind)
+                                             : preset_sonar(sonar.preset));
       from.sonars.back().vertical.file = sonar.vertical.file;
     }
     use_conditions(from);

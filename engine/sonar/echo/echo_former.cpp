@@ -124,6 +124,7 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
                              FanPlanes& planes) {
   const RayFan& fan = aim.fan;
   planes.make_room(fan.planes(), bins_.size(), sums_.size());
+  planes.fan = &fan;
   planes.rays = aim.layout->rays;
   planes.hits = 0;
   const SectorView view{0,           &element,       &fan,    aim.layout.get(),

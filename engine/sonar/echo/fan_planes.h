@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
 
@@ -17,6 +18,7 @@ namespace ensonify::engine {
 /// for each range bin, those beyond the sonar's last bin included from which a pulse reaches into
 /// it.
 struct FanPlanes {
+  const RayFan* fan = nullptr;  ///< whose planes these are; it lives as long as the ping's aim
   std::size_t planes = 0, bins = 0;
   /// The truth of each plane, in the sonar's bins. intensity_mean: as `energy`.
   std::vector<EchoLine> lines;
@@ -46,7 +48,9 @@ struct FanPlanes {
       if (lines[i].bins.intensity_mean.size() != sonar_bins) lines[i].bins.assign(sonar_bins);
   }
   float* energy_of(std::size_t plane) { return &energy[plane * bins]; }
+  const float* energy_of(std::size_t plane) const { return &energy[plane * bins]; }
   float* sine_of(std::size_t plane) { return &sine[plane * bins]; }
+  const float* sine_of(std::size_t plane) const { return &sine[plane * bins]; }
   float* lit_of(std::size_t plane) { return &lit[plane * bins]; }
   float* shadowed_of(std::size_t plane) { return &shadowed[plane * bins]; }
 };

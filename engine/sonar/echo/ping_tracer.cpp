@@ -20,9 +20,11 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
   const double wavelength_m = medium.sound_speed_mps / sonar.frequency_hz;
   if (sonar.steers()) {
     beams_.push_back(Beam::of_element(sonar, wavelength_m));
-    for (int beam = 0; beam < sonar.beams; ++beam) lines_.push_back({.beam = beam});
-    fans_ = 1;
     steered_ = std::make_unique<Steered>(sonar, medium, former_.bins());
+    for (int beam = 0; beam < sonar.beams; ++beam)
+      lines_.push_back(
+          {.beam = beam, .sine = steered_->beams.sine(static_cast<std::size_t>(beam))});
+    fans_ = 1;
     return;
   }
   for (int beam = 0; beam < sonar.beams; ++beam) {

@@ -219,7 +219,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
       .main_lobe_rad = wider * first_null_rad(transmit, receive),
       .main_beam_rad = reach(1, drift_rad, first_return_m),
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
-      .sine_step = sonar.steers() ? 2.0 * std::sin(receive.null_rad(1)) / sonar.planes : 0.0,
+      .sine_step = sonar.steers() ? sonar.sine_step(wavelength_m) : 0.0,
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
       .roll_tilt_rad = roll_tilt_rad,
@@ -291,7 +291,8 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   const int roll_tilt_step = static_cast<int>(std::lround(tilt_rad / roll_tilt_step_rad));
   // If the receiver's lobes are as wide as the transmitter's, and it looks nearly in the same
   // direction, it receives all that the transmitter insonifies, and no extra planes are needed.
-  const bool drifts = sonar_.parallel_beams() > 1 || received_rad_ < sent_rad_ || drift_rad > 0.5 * sent_rad_;
+  const bool drifts = !sonar_.steers() && (sonar_.beams > 1 || received_rad_ < sent_rad_ ||
+                                            drift_rad > 0.5 * sent_rad_);
   const double drift_step_rad = std::max(1e-3, 0.25 * received_rad_);
   const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
   const double height_m = std::exp2(step / steps_per_octave);

@@ -7,7 +7,7 @@
 
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/fan_planes.h>
-#include <ensonify/engine/sonar/echo/medium.h>
+#include <ensonify/engine/sonar/echo/media_in_sonar.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
 #include <ensonify/engine/sonar/echo/steered_beams.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>

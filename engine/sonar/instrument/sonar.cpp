@@ -29,6 +29,10 @@ double Sonar::bearing_rad(int beam) const {
   return beam_steps == BeamSteps::angle ? place * edge : std::asin(place * std::sin(edge));
 }
 
+double Sonar::sine_step(double wavelength_m) const {
+  return 2.0 * std::sin(receive_array(wavelength_m).null_rad(1)) / planes;
+}
+
 LineArray Sonar::transmit_array(double wavelength_m) const {
   if (steers()) {
     const double width_rad =

@@ -87,6 +87,18 @@ struct Sonar {
   int parallel_beams() const { return steers() ? 1 : beams; }
   /// Where a steered beam looks: positive to starboard. Beam 0 is the one farthest to port.
   double bearing_rad(int beam) const;
+  /// From each plane of a fan for steered beams to the next, as sine of azimuth.
+  double sine_step(double wavelength_m) const;
+  /// The number of planes of a fan; of steered beams the most that it can have.
+  double fan_planes(double wavelength_m) const {
+    return steers() ? 2.0 / sine_step(wavelength_m) : planes;
+  }
+  /// The place of a beam's array on the vehicle, and its direction.
+  Mounting beam_mounting(int beam) const {
+    Mounting its = mounting.ahead(beam_offset_m(beam));
+    its.across = steers();
+    return its;
+  }
   /// How many lobes beyond the traced lobes may have two-way power. The beam of a moving receiver
   /// reaches beyond the transmitter's lobes, and an outer one of several beams reaches even
   /// farther.

@@ -337,7 +337,7 @@ void shape(const Shaping& of) {
   const FilterTaps energy{.taps = of.energy_taps, .reach = reach, .even = of.filter.even};
   for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
     const VF spread = convolved(energy, of.power + reach + n);
-    const VF power = hn::LoadU(f, of.power + reach + n);
+    const VF power = hn::LoadU(f, of.wanted + n);
     // The lower bound avoids a division by zero where there is no energy.
     const VF scale = hn::Sqrt(power / hn::Max(spread, set(1e-30f)));
     hn::StoreU(scale * convolved(of.filter, of.spread_re + reach + n), f, of.re + n);
