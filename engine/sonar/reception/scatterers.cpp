@@ -114,8 +114,11 @@ Scatterers Scatterers::of_planes(const Sonar& sonar, double sound_speed_mps, std
                   reference_heading_rad);
   made.columns_ = static_cast<std::uint32_t>((0.5 * max_plane_cells + 1.0) * columns_per_cell);
   const double shortest_m = sine_step * made.nearest_m_ / max_plane_cells;
-  const auto make = [&](double range_m) {
-    return made.make_plane_row(shortest_m, sine_step * range_m);
+  // Rather narrower than wider than the plane: planes that shared scatterers would be correlated,
+  // and their sum too loud.
+  const auto make = [&](double middle_m) {
+    return made.make_plane_row(shortest_m,
+                               sine_step * middle_m * std::exp2(-0.5 / rows_per_octave));
   };
   made.add_rows_of_bins(sonar, make);
   const auto tables = static_cast<std::size_t>(
@@ -127,7 +130,7 @@ Scatterers Scatterers::of_planes(const Sonar& sonar, double sound_speed_mps, std
 
 std::size_t Scatterers::table_of(double cos_azimuth) const {
   const double steps = -rows_per_octave * std::log2(std::max(cos_azimuth, 1e-3));
-  return std::min(static_cast<std::size_t>(std::lround(std::max(steps, 0.0))), tables_.size() - 1);
+  return std::min(static_cast<std::size_t>(std::max(steps, 0.0)), tables_.size() - 1);
 }
 
 void Scatterers::add_rows_of_bins(const Sonar& sonar,
@@ -229,7 +232,7 @@ Scatterers::Row Scatterers::make_plane_row(double shortest_m, double width_m) {
       std::max(0, static_cast<int>(std::ceil(std::log2(width_m / max_plane_cells / shortest_m)))),
       0.5 * width_m);
   row.width_m = width_m;
-  const auto columns = static_cast<int>(std::lround(row.reach * columns_per_cell));
+  const auto columns = static_cast<int>(row.reach * columns_per_cell);
   for (int column = 0; column < columns; ++column) {
     weights_.push_back(1.0f);
     weights_.push_back(0.0f);
