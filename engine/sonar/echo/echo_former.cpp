@@ -160,6 +160,11 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
     }
     bins_.write(labels_, fan.origin, line);
     std::copy_n(energy, line.bins.intensity_mean.size(), line.bins.intensity_mean.begin());
+    std::uint32_t* label = planes.label_of(plane);
+    std::fill_n(label, bins_.size(), 0u);
+    for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
+      label[bin] = line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 |
+                   line.bins.sediment[bin];
     for (std::size_t bin = 0; bin < line.bins.range_m.size(); ++bin)
       line.bins.range_m[bin] =
           static_cast<float>((static_cast<double>(bin) + 0.5) * bins_.bin_m());

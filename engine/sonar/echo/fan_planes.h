@@ -26,6 +26,10 @@ struct FanPlanes {
   std::vector<float> sine;      ///< of the angle from the array's broadside, to what the bin saw
   std::vector<float> lit;       ///< weight of the plane where it sees the bin
   std::vector<float> shadowed;  ///< the same where the bin lies in shadow
+  /// A number for each label of a bin: instance, class and sediment.
+  std::vector<std::uint32_t> label;
+  /// Of each steered beam: its energy, as `energy`, summed over the planes; by beam and bin.
+  std::vector<float> received;
   std::uint64_t rays = 0, hits = 0;
 
   /// A steady echo of an object.
@@ -43,6 +47,7 @@ struct FanPlanes {
     planes = plane_count, bins = bin_count;
     for (auto* table : {&energy, &sine, &lit, &shadowed})
       if (table->size() < planes * bins) table->resize(planes * bins);
+    if (label.size() < planes * bins) label.resize(planes * bins);
     if (lines.size() < planes) lines.resize(planes);
     for (std::size_t i = 0; i < planes; ++i)
       if (lines[i].bins.intensity_mean.size() != sonar_bins) lines[i].bins.assign(sonar_bins);
@@ -51,6 +56,7 @@ struct FanPlanes {
   const float* energy_of(std::size_t plane) const { return &energy[plane * bins]; }
   float* sine_of(std::size_t plane) { return &sine[plane * bins]; }
   const float* sine_of(std::size_t plane) const { return &sine[plane * bins]; }
+  std::uint32_t* label_of(std::size_t plane) { return &label[plane * bins]; }
   float* lit_of(std::size_t plane) { return &lit[plane * bins]; }
   float* shadowed_of(std::size_t plane) { return &shadowed[plane * bins]; }
 };

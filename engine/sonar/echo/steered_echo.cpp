@@ -18,9 +18,9 @@ SteeredEcho::SteeredEcho(const Sonar& sonar, const Medium& medium, const Steered
               static_cast<std::size_t>(sonar.bins)),
       spread_(static_cast<std::size_t>(sonar.bins)) {}
 
-void SteeredEcho::form(const FanPlanes& planes, std::span<EchoLine> lines) {
+void SteeredEcho::form(FanPlanes& planes, std::span<EchoLine> lines) {
   add_planes(planes);
-  add_labels(planes);
+  planes.received = energy_;
   for (std::size_t beam = 0; beam < lines.size(); ++beam) {
     EchoLine& line = lines[beam];
     line.rays = beam == 0 ? planes.rays : 0;  // one fan serves all beams
@@ -36,59 +36,50 @@ void SteeredEcho::form(const FanPlanes& planes, std::span<EchoLine> lines) {
   }
 }
 
-void SteeredEcho::add_planes(const FanPlanes& planes) {
-  sums_.assign(beams_.size() * bins_, {});
-  for (std::size_t plane = 0; plane < planes.planes; ++plane) {
-    const std::size_t row = plane * planes.bins;
-    const float *energy = &planes.energy[row], *lit = &planes.lit[row],
-                *shadowed = &planes.shadowed[row];
-    const auto number = static_cast<std::uint16_t>(plane);
-    beams_.for_each_weight(
-        &planes.sine[row], planes.bins, scratch_,
-        [&](std::size_t beam, std::size_t from, std::size_t until, std::complex<float> field) {
-          const float power = std::norm(field);
-          Sums* sums = &sums_[beam * bins_];
-          for (std::size_t bin = from; bin < until; ++bin) {
-            Sums& sum = sums[bin];
-            const float here = power * energy[bin], dark = power * shadowed[bin];
-            sum.energy += here;
-            sum.lit += power * lit[bin];
-            sum.shadowed += dark;
-            if (here > sum.most) sum.most = here, sum.plane = number;
-            if (dark > sum.most_shadowed) sum.most_shadowed = dark, sum.shadowing_plane = number;
-          }
-        });
-  }
+BeamBins SteeredEcho::sums_of(std::size_t beam, std::size_t from) {
+  const std::size_t at = beam * bins_ + from;
+  return {.energy = &energy_[at],
+          .lit = &lit_[at],
+          .shadowed = &shadowed_[at],
+          .of_label = &of_label_[at],
+          .most = &most_[at],
+          .most_shadowed = &most_shadowed_[at],
+          .label = &label_[at],
+          .plane = &plane_[at],
+          .shadowing_plane = &shadowing_plane_[at]};
 }
 
-/// The energy with the label of the strongest plane.
-void SteeredEcho::add_labels(const FanPlanes& planes) {
-  of_label_.assign(beams_.size() * bins_, 0.0f);
-  for (std::size_t plane = 0; plane < planes.planes; ++plane) {
-    const std::size_t row = plane * planes.bins;
-    const float* energy = &planes.energy[row];
-    const BinLayers& own = planes.lines[plane].bins;
-    beams_.for_each_weight(
-        &planes.sine[row], spread_.size(), scratch_,
-        [&](std::size_t beam, std::size_t from, std::size_t until, std::complex<float> field) {
-          const float power = std::norm(field);
-          for (std::size_t bin = from; bin < until; ++bin) {
-            const BinLayers& strongest = planes.lines[sums_[beam * bins_ + bin].plane].bins;
-            if (own.instance[bin] == strongest.instance[bin] &&
-                own.class_id[bin] == strongest.class_id[bin] &&
-                own.sediment[bin] == strongest.sediment[bin])
-              of_label_[beam * bins_ + bin] += power * energy[bin];
-          }
-        });
-  }
+void SteeredEcho::add_planes(const FanPlanes& planes) {
+  for (auto* sums : {&energy_, &lit_, &shadowed_, &of_label_, &most_, &most_shadowed_})
+    sums->assign(beams_.size() * bins_, 0.0f);
+  for (auto* numbers : {&label_, &plane_, &shadowing_plane_})
+    numbers->assign(beams_.size() * bins_, 0u);
+  const auto for_each = [&](const auto& add) {
+    for (std::size_t plane = 0; plane < planes.planes; ++plane) {
+      const std::size_t row = plane * planes.bins;
+      beams_.for_each_weight(
+          &planes.sine[row], planes.bins, scratch_,
+          [&](std::size_t beam, std::size_t from, std::size_t until, std::complex<float> field) {
+            const std::size_t at = row + from;
+            add(PlaneBins{&planes.energy[at], &planes.lit[at], &planes.shadowed[at],
+                          &planes.label[at]},
+                static_cast<std::uint32_t>(plane), std::norm(field), until - from,
+                sums_of(beam, from));
+          });
+    }
+  };
+  for_each([](const PlaneBins& plane, std::uint32_t number, float power, std::size_t bins,
+              const BeamBins& beam) { add_plane(plane, number, power, bins, beam); });
+  for_each([](const PlaneBins& plane, std::uint32_t, float power, std::size_t bins,
+              const BeamBins& beam) { add_same_label(plane, power, bins, beam); });
 }
 
 void SteeredEcho::spread(std::size_t beam) {
   const std::size_t margin = pulse_.weights.size();
-  energy_.assign(bins_ + 2 * margin, 0.0);
+  padded_.assign(bins_ + 2 * margin, 0.0);
   for (std::size_t bin = 0; bin < bins_; ++bin)
-    energy_[margin + bin] = double(sums_[beam * bins_ + bin].energy);
-  spread_by_pulse(pulse_, &energy_[margin], spread_);
+    padded_[margin + bin] = double(energy_[beam * bins_ + bin]);
+  spread_by_pulse(pulse_, &padded_[margin], spread_);
 }
 
 void SteeredEcho::add_glints(const FanPlanes& planes, std::size_t beam, EchoLine& line) {
@@ -100,8 +91,7 @@ void SteeredEcho::add_glints(const FanPlanes& planes, std::size_t beam, EchoLine
     steady_.add(glint.range_m, glint.field * std::complex<double>(field));
     if (bin >= spread_.size()) continue;
     const double power = std::norm(glint.field) * double(std::norm(field));
-    const Sums& sums = sums_[beam * bins_ + bin];
-    if (power <= double(sums.most)) continue;
+    if (power <= double(most_[beam * bins_ + bin])) continue;
     BinLayers& out = line.bins;
     out.x_m[bin] = static_cast<float>(glint.place.x());
     out.y_m[bin] = static_cast<float>(glint.place.y());
@@ -110,7 +100,7 @@ void SteeredEcho::add_glints(const FanPlanes& planes, std::size_t beam, EchoLine
     out.sediment[bin] = glint.label.sediment;
     out.class_id[bin] = glint.label.class_id;
     out.instance[bin] = glint.label.instance;
-    out.fraction[bin] = static_cast<float>(power / (power + double(sums.energy)));
+    out.fraction[bin] = static_cast<float>(power / (power + double(energy_[beam * bins_ + bin])));
     out.region[bin] = static_cast<std::uint32_t>(Region::object);
   }
   steady_.write(line.glint_re, line.glint_im);
@@ -125,9 +115,9 @@ void SteeredEcho::write_truth(const FanPlanes& planes, std::size_t beam, EchoLin
   line.first_return = -1;
   line.starved = 0;
   for (std::size_t bin = 0; bin < spread_.size(); ++bin) {
-    const Sums& sums = sums_[beam * bins_ + bin];
-    const BinLayers& strongest = planes.lines[sums.plane].bins;
-    const bool lit = sums.energy > 0.0f;
+    const std::size_t at = beam * bins_ + bin;
+    const BinLayers& strongest = planes.lines[plane_[at]].bins;
+    const bool lit = energy_[at] > 0.0f;
     if (lit && line.first_return < 0) line.first_return = static_cast<int>(bin);
     out.x_m[bin] = lit ? strongest.x_m[bin] : 0.0f;
     out.y_m[bin] = lit ? strongest.y_m[bin] : 0.0f;
@@ -137,12 +127,11 @@ void SteeredEcho::write_truth(const FanPlanes& planes, std::size_t beam, EchoLin
     out.class_id[bin] = lit ? strongest.class_id[bin] : 0;
     out.instance[bin] = lit ? strongest.instance[bin] : 0;
     out.layover[bin] = lit ? strongest.layover[bin] : 0;
-    out.fraction[bin] = lit ? of_label_[beam * bins_ + bin] / sums.energy : 0.0f;
-    const float seen = sums.lit + sums.shadowed;
-    const float dark = sums.shadowed > 0.0f ? sums.shadowed / seen : 0.0f;
+    out.fraction[bin] = lit ? of_label_[at] / energy_[at] : 0.0f;
+    const float dark = shadowed_[at] > 0.0f ? shadowed_[at] / (lit_[at] + shadowed_[at]) : 0.0f;
     out.shadow_fraction[bin] = dark;
     out.shadow_instance[bin] =
-        dark > 0.0f ? planes.lines[sums.shadowing_plane].bins.shadow_instance[bin] : 0;
+        dark > 0.0f ? planes.lines[shadowing_plane_[at]].bins.shadow_instance[bin] : 0;
     Region region = Region::no_data;
     if (line.first_return < 0)
       region = Region::water_column;

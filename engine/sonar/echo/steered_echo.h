@@ -10,6 +10,7 @@
 #include <ensonify/engine/sonar/echo/media_in_sonar.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
 #include <ensonify/engine/sonar/echo/steered_beams.h>
+#include <ensonify/engine/sonar/echo/steered_kernel.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
 
 namespace ensonify::engine {
@@ -29,16 +30,11 @@ class SteeredEcho {
               std::size_t bins);
 
   /// Fills the lines of all beams, in their order; `intensity` is left at the expectation.
-  void form(const FanPlanes& planes, std::span<EchoLine> lines);
+  void form(FanPlanes& planes, std::span<EchoLine> lines);
 
  private:
-  struct Sums {  // of one bin of one beam
-    float energy = 0.0f, lit = 0.0f, shadowed = 0.0f;
-    float most = 0.0f, most_shadowed = 0.0f;       // of one plane
-    std::uint16_t plane = 0, shadowing_plane = 0;  // these planes
-  };
+  BeamBins sums_of(std::size_t beam, std::size_t from);
   void add_planes(const FanPlanes& planes);
-  void add_labels(const FanPlanes& planes);
   void add_glints(const FanPlanes& planes, std::size_t beam, EchoLine& line);
   void spread(std::size_t beam);
   void write_truth(const FanPlanes& planes, std::size_t beam, EchoLine& line) const;
@@ -49,9 +45,10 @@ class SteeredEcho {
   PulseKernel pulse_;
   SteadyField steady_;
   SteeredBeams::Scratch scratch_;
-  std::vector<Sums> sums_;              // beam by beam
-  std::vector<float> of_label_;         // the energy with the label of the strongest plane
-  std::vector<double> energy_, spread_; // of one beam, before and after the pulse
+  /// By beam and bin; as in BeamBins.
+  std::vector<float> energy_, lit_, shadowed_, of_label_, most_, most_shadowed_;
+  std::vector<std::uint32_t> label_, plane_, shadowing_plane_;
+  std::vector<double> padded_, spread_;  // of one beam, before and after the pulse
 };
 
 }  // namespace ensonify::engine

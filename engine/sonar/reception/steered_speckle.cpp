@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 
+#include <ensonify/engine/sonar/echo/steered_kernel.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
 
 namespace ensonify::engine {
@@ -46,21 +47,20 @@ void SteeredSpeckle::sum(const FanPlanes& planes, int looks, std::size_t reach,
       beams_.for_each_weight(
           planes.sine_of(plane), bins_, scratch.runs,
           [&](std::size_t beam, std::size_t from, std::size_t until, std::complex<float> field) {
-            const std::size_t begin = begin_of(beam, look, reach) + reach;
-            float *re = &scratch.re[begin], *im = &scratch.im[begin];
-            const float *plane_re = scratch.plane_re.data(), *plane_im = scratch.plane_im.data();
-            const float a = field.real(), b = field.imag();
-            for (std::size_t n = from; n < until; ++n) {
-              re[n] += a * plane_re[n] - b * plane_im[n];
-              im[n] += a * plane_im[n] + b * plane_re[n];
-            }
-            if (look > 0) return;
-            float* variance = &scratch.variance[begin_of(beam, 0, reach) + reach];
-            const float gain = a * a + b * b;
-            for (std::size_t n = from; n < until; ++n) variance[n] += gain * energy[n];
+            const std::size_t begin = begin_of(beam, look, reach) + reach + from;
+            add_field({.plane_re = &scratch.plane_re[from],
+                       .plane_im = &scratch.plane_im[from],
+                       .re = field.real(),
+                       .im = field.imag(),
+                       .sum_re = &scratch.re[begin],
+                       .sum_im = &scratch.im[begin]},
+                      until - from);
           });
     }
   }
+  for (std::size_t beam = 0; beam < beams_.size(); ++beam)
+    std::copy_n(&planes.received[beam * planes.bins], bins_,
+                &scratch.variance[begin_of(beam, 0, reach) + reach]);
 }
 
 }  // namespace ensonify::engine
