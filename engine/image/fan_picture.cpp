@@ -57,8 +57,7 @@ Picture FanPicture::draw(const Picture& waterfall, std::size_t ping) const {
               .bits = waterfall.bits};
   const auto value = [&](std::size_t beam, std::size_t bin, std::size_t channel) {
     const std::size_t row = waterfall.height - 1 - (ping * beams_ + beam);  // the newest is on top
-    const std::uint8_t* at =
-        &waterfall.pixels[((row * bins_ + bin) * channels + channel) * bytes];
+    const std::uint8_t* at = &waterfall.pixels[((row * bins_ + bin) * channels + channel) * bytes];
     return bytes == 1 ? static_cast<float>(at[0]) : static_cast<float>(at[0] << 8 | at[1]);
   };
   for (std::size_t i = 0; i < sources_.size(); ++i) {

@@ -268,7 +268,7 @@ class Reader {
     from.sonars.clear();
     for (const Sonar& sonar : scene_.sonars) {
       from.sonars.push_back(sonar.preset.empty() ? usual_sonar(sonar.kind)
-                                             : preset_sonar(sonar.preset));
+                                                 : preset_sonar(sonar.preset));
       from.sonars.back().vertical.file = sonar.vertical.file;
     }
     use_conditions(from);

@@ -241,9 +241,9 @@ void Simulator::ThreadState::receive(std::size_t sonar, const Pose& pose, std::u
       const FanAim& aim = fans[plan.fan];
       // A steered beam is that of an array that is turned to look where the beam looks.
       const double cosine = std::sqrt(1.0 - plan.sine * plan.sine);
-      const Eigen::Vector3d axis =
-          plan.sine == 0.0 ? aim.fan.array_axis
-                           : cosine * aim.fan.array_axis - plan.sine * aim.motion.abeam;
+      const Eigen::Vector3d axis = plan.sine == 0.0
+                                       ? aim.fan.array_axis
+                                       : cosine * aim.fan.array_axis - plan.sine * aim.motion.abeam;
       contexts.push_back({.ping = ping,
                           .t_s = pose.t_s,
                           .array = {aim.fan.origin, axis, aim.motion.down},

@@ -29,7 +29,7 @@ struct FanLayout {
   /// From the beam's axis to the end of the main beam at the nearest range. If it is smaller than
   /// main_lobe_rad, main_lobe_rad is used.
   double main_beam_rad = 0.0;
-  int planes = 8;                   ///< planes across the main beam
+  int planes = 8;  ///< planes across the main beam
   /// If positive, the planes lie at even steps of the sine of azimuth instead, for beams that are
   /// steered along the array.
   double sine_step = 0.0;
@@ -115,7 +115,8 @@ struct RayFan {
   }
   /// The plane whose rays at elevation 0 have the sine nearest to this; for planes at even steps.
   std::size_t nearest_plane(double sine) const {
-    const auto next = std::ranges::lower_bound(grid->planes, sine, {}, &FanGrid::Plane::sin_azimuth);
+    const auto next =
+        std::ranges::lower_bound(grid->planes, sine, {}, &FanGrid::Plane::sin_azimuth);
     if (next == grid->planes.begin()) return 0;
     const auto i = static_cast<std::size_t>(next - grid->planes.begin());
     if (next == grid->planes.end()) return i - 1;

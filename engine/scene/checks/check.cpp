@@ -325,6 +325,13 @@ void check_scene(const Scene& scene,
     check_pings(scene, scene.track.pings, place("track.pings"));
 }
 
+void require_sidescans(const Scene& scene, std::string_view what) {
+  for (const Sonar& sonar : scene.sonars)
+    if (sonar.kind != SonarKind::sidescan)
+      throw SceneError(fmt::format("'sonar.{}.kind' is \"imaging\", but {} can have sidescans only",
+                                   sonar.name, what));
+}
+
 void check_pings(const Scene& scene, double pings, std::string_view place) {
   double pixels = 0.0;
   for (const Sonar& sonar : scene.sonars)

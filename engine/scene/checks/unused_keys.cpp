@@ -127,8 +127,8 @@ void sonar_rules(const Sonar& s, const auto& rule) {
   rule({"taylor_nbar"},
        s.shading != ShadingKind::taylor && s.receive_shading != ShadingKind::taylor,
        "with a shading that is not taylor");
-  rule({"beam_spacing_m"}, s.parallel_beams() == 1, "with one beam");
-  rule({"sides", "beam_spacing_m", "port_mount_deg", "starboard_mount_deg"}, s.steers(),
+  rule({"beam_spacing_m"}, !s.steers() && s.beams == 1, "with one beam");
+  rule({"beam_spacing_m", "sides", "port_mount_deg", "starboard_mount_deg"}, s.steers(),
        "with kind = \"imaging\"");
   rule({"field_of_view_deg", "beam_steps", "transmit_beamwidth_deg"}, !s.steers(),
        "with kind = \"sidescan\"");

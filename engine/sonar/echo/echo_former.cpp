@@ -127,8 +127,7 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
   planes.fan = &fan;
   planes.rays = aim.layout->rays;
   planes.hits = 0;
-  const SectorView view{0,           &element,       &fan,    aim.layout.get(),
-                        &aim.motion, hits.triangles, &labels_};
+  const SectorView view{0, &element, &fan, aim.layout.get(), &aim.motion, hits.triangles, &labels_};
   view_ = view;
   objects_.find(view_, hits);
   facets_.clear();
@@ -163,11 +162,10 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
     std::uint32_t* label = planes.label_of(plane);
     std::fill_n(label, bins_.size(), 0u);
     for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
-      label[bin] = line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 |
-                   line.bins.sediment[bin];
+      label[bin] =
+          line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 | line.bins.sediment[bin];
     for (std::size_t bin = 0; bin < line.bins.range_m.size(); ++bin)
-      line.bins.range_m[bin] =
-          static_cast<float>((static_cast<double>(bin) + 0.5) * bins_.bin_m());
+      line.bins.range_m[bin] = static_cast<float>((static_cast<double>(bin) + 0.5) * bins_.bin_m());
   }
   planes.glints.clear();
   for (const ObjectEcho& glint : objects_.glints()) {
@@ -176,13 +174,12 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
     const auto bin = static_cast<std::size_t>(std::clamp(laid.range_m / bins_.bin_m(), 0.0, last));
     const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
     const Label& label = labels_[laid.label];
-    planes.glints.push_back(
-        {.range_m = laid.range_m,
-         .sine = glint.place.dot(fan.array_axis) / glint.place.norm(),
-         .field = std::polar(std::sqrt(laid.energy * gain_[bin]),
-                             2.0 * std::numbers::pi * turns + glint.phase_rad),
-         .place = fan.origin + glint.place,
-         .label = label});
+    planes.glints.push_back({.range_m = laid.range_m,
+                             .sine = glint.place.dot(fan.array_axis) / glint.place.norm(),
+                             .field = std::polar(std::sqrt(laid.energy * gain_[bin]),
+                                                 2.0 * std::numbers::pi * turns + glint.phase_rad),
+                             .place = fan.origin + glint.place,
+                             .label = label});
   }
 }
 

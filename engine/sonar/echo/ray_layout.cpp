@@ -193,7 +193,8 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   };
   const auto reach = [&](int null, double drifting_rad, double nearest_m) {
     const double worst_m = sonar.most_defocused_m(nearest_m);
-    const double offset_rad = sonar.parallel_beams() > 1 ? std::atan(beam_offset_m / nearest_m) : 0.0;
+    const double offset_rad =
+        sonar.parallel_beams() > 1 ? std::atan(beam_offset_m / nearest_m) : 0.0;
     const double sent_rad = sonar.parallel_beams() > 1
                                 ? reach_rad(transmit, null, 1.0, nearest_m)
                                 : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
@@ -205,17 +206,17 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
             next_lobe_rad(offset_rad, sent_rad, receive.null_rad(lobes(offset_rad))));
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
-  const double lobes_sine = receive.wavelength_m / receive.length_m *
-                            receive.shading.null_x(sonar.side_lobes + 1);
+  const double lobes_sine =
+      receive.wavelength_m / receive.length_m * receive.shading.null_x(sonar.side_lobes + 1);
   const double steered_reach_rad =
       std::asin(std::min(std::sin(0.5 * sonar.field_of_view_rad) + lobes_sine, 1.0));
   RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.lowest_rad({.element = element}),
       .sector_high_rad = sonar.highest_rad({.element = element}),
-      .truncation_rad = sonar.steers() ? steered_reach_rad
-                                       : reach(sonar.side_lobes + 1, drift_rad,
-                                               nearest_share * first_return_m),
+      .truncation_rad =
+          sonar.steers() ? steered_reach_rad
+                         : reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
       .main_lobe_rad = wider * first_null_rad(transmit, receive),
       .main_beam_rad = reach(1, drift_rad, first_return_m),
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
@@ -292,7 +293,7 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   // If the receiver's lobes are as wide as the transmitter's, and it looks nearly in the same
   // direction, it receives all that the transmitter insonifies, and no extra planes are needed.
   const bool drifts = !sonar_.steers() && (sonar_.beams > 1 || received_rad_ < sent_rad_ ||
-                                            drift_rad > 0.5 * sent_rad_);
+                                           drift_rad > 0.5 * sent_rad_);
   const double drift_step_rad = std::max(1e-3, 0.25 * received_rad_);
   const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
   const double height_m = std::exp2(step / steps_per_octave);

@@ -84,8 +84,8 @@ void SteeredEcho::spread(std::size_t beam) {
 
 void SteeredEcho::add_glints(const FanPlanes& planes, std::size_t beam, EchoLine& line) {
   for (const FanPlanes::Glint& glint : planes.glints) {
-    const auto bin = std::min(static_cast<std::size_t>(std::max(glint.range_m / bin_m_, 0.0)),
-                              bins_ - 1);
+    const auto bin =
+        std::min(static_cast<std::size_t>(std::max(glint.range_m / bin_m_, 0.0)), bins_ - 1);
     const std::complex<float> field = beams_.field(beam, bin, glint.sine - beams_.sine(beam));
     if (field == 0.0f) continue;
     steady_.add(glint.range_m, glint.field * std::complex<double>(field));
@@ -139,7 +139,7 @@ void SteeredEcho::write_truth(const FanPlanes& planes, std::size_t beam, EchoLin
       region = Region::shadow;
     else if (lit)
       region = strongest.region[bin] == static_cast<std::uint32_t>(Region::object) ? Region::object
-                                                                                  : Region::seabed;
+                                                                                   : Region::seabed;
     else
       ++line.starved;
     out.region[bin] = static_cast<std::uint32_t>(region);

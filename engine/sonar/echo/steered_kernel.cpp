@@ -65,8 +65,7 @@ void add_same_label(const PlaneBins& plane, float power, std::size_t bins, const
     const hn::RebindToUnsigned<decltype(tag)> whole;
     const auto same = hn::Eq(hn::LoadU(whole, plane.label + n), hn::LoadU(whole, beam.label + n));
     const auto here = hn::IfThenElseZero(
-        hn::RebindMask(tag, same),
-        hn::Mul(hn::Set(tag, power), hn::LoadU(tag, plane.energy + n)));
+        hn::RebindMask(tag, same), hn::Mul(hn::Set(tag, power), hn::LoadU(tag, plane.energy + n)));
     hn::StoreU(hn::Add(hn::LoadU(tag, beam.of_label + n), here), tag, beam.of_label + n);
   });
 }

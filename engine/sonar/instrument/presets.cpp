@@ -164,7 +164,10 @@ Preset imaging_preset(const ImagingRow& row) {
   sonar.frequency_hz = row.frequency_hz;
   sonar.field_of_view_rad = row.field_of_view_deg * degree;
   sonar.beams = row.beams;
-  sonar.array_length_m = array_length_m(preset.beamwidth_rad, row.frequency_hz);
+  // Rounded to 10 micrometres.
+  const double length_m = 0.5 * Shading().beam_width_x() * nominal_sound_speed_mps /
+                          row.frequency_hz / std::sin(0.5 * preset.beamwidth_rad);
+  sonar.array_length_m = std::round(1e5 * length_m) / 1e5;
   sonar.focused = row.focused;
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
   sonar.vertical.tilt_rad = row.tilt_deg * degree;
@@ -221,8 +224,8 @@ Sonar usual_sonar(SonarKind kind) {
   sonar.name = "imaging";
   sonar.frequency_hz = 750e3;
   sonar.source_level_db = 200.0;
-  sonar.pulse = {.kind = PulseKind::lfm, .bandwidth_hz = 60e3, .length_s = 1e-3,
-                 .window = PulseWindow::hann};
+  sonar.pulse = {
+      .kind = PulseKind::lfm, .bandwidth_hz = 60e3, .length_s = 1e-3, .window = PulseWindow::hann};
   sonar.range_m = 30.0;
   sonar.bins = 1200;
   sonar.array_length_m = 0.1;  // 1 degree

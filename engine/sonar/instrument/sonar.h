@@ -43,9 +43,9 @@ struct Sonar {
   /// Ranges z at which the arrays are focused. At a range r, the z counts whose 1 / z is nearest to
   /// 1 / r. Empty: `focused` decides.
   std::vector<double> focus_zones_m;
-  /// Beams that each sector receives from one ping. Beams of a sidescan are parallel and side by side
-  /// along the track. With several, only the receiver is focused, because the transmitter must sound
-  /// all beams. Beams of an imaging sonar are steered.
+  /// Beams that each sector receives from one ping. Beams of a sidescan are parallel and side by
+  /// side along the track. With several, only the receiver is focused, because the transmitter must
+  /// sound all beams. Beams of an imaging sonar are steered.
   int beams = 1;
   double field_of_view_rad = 120.0 * degree;  ///< from the first steered beam's axis to the last's
   BeamSteps beam_steps = BeamSteps::angle;    ///< of steered beams
@@ -112,9 +112,7 @@ struct Sonar {
   /// 0 if focused at all ranges. At r the beam is as wide as the array's length times the magnitude
   /// of this, plus the spread by diffraction.
   double defocus(double at_m) const;
-  double transmit_defocus(double at_m) const {
-    return steers() || beams > 1 ? 1.0 : defocus(at_m);
-  }
+  double transmit_defocus(double at_m) const { return steers() || beams > 1 ? 1.0 : defocus(at_m); }
   /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }

@@ -19,11 +19,11 @@ using std::numbers::pi;
 constexpr int frames = 12;            // directions of cells over half a turn
 constexpr int headings = 2 * frames;  // of which every second one is used
 constexpr double rows_per_octave = 12.0;
-constexpr double beam_reach = 0.8;  // to either side, in nulls: contains 99.8 % of sinc^4
-constexpr double max_cells = 16.0;  // across the beam; at least half as many
+constexpr double beam_reach = 0.8;       // to either side, in nulls: contains 99.8 % of sinc^4
+constexpr double max_cells = 16.0;       // across the beam; at least half as many
 constexpr double max_plane_cells = 4.0;  // across a plane; at least half as many
-constexpr int finest_level = 10;    // the finest cells have a 1024th of the array's length
-constexpr double bin_share = 1.0;   // length of a cell divided by the length of a bin
+constexpr int finest_level = 10;         // the finest cells have a 1024th of the array's length
+constexpr double bin_share = 1.0;        // length of a cell divided by the length of a bin
 // Metres over cells per metre of height, so that walls have cells, too.
 constexpr double rise = 0.25;
 // Metres over patches per metre of height on objects, so that walls have as many patches as a level
@@ -93,9 +93,8 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
                               sonar.receive_array(wavelength_m)};
   columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
                                         columns_per_cell);
-  add_rows_of_bins(sonar, [&](double range_m) {
-    return make_row(sonar, arrays, range_m, stop_check);
-  });
+  add_rows_of_bins(sonar,
+                   [&](double range_m) { return make_row(sonar, arrays, range_m, stop_check); });
   do {  // for the widths beyond the middle of the last bin's row
     rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size()), stop_check));
   } while (middle_m(rows_.size() - 1) < farthest_m);
@@ -123,7 +122,8 @@ Scatterers Scatterers::of_planes(const Sonar& sonar, double sound_speed_mps, std
   made.add_rows_of_bins(sonar, make);
   const auto tables = static_cast<std::size_t>(
       std::ceil(rows_per_octave * -std::log2(std::clamp(least_cosine, 0.01, 1.0))) + 1.0);
-  for (std::size_t i = 1; i < tables; ++i) made.rows_.push_back(make(made.middle_m(made.rows_.size())));
+  for (std::size_t i = 1; i < tables; ++i)
+    made.rows_.push_back(make(made.middle_m(made.rows_.size())));
   made.add_tables(sonar, seed, tables);
   return made;
 }

@@ -54,8 +54,8 @@ class Scatterers {
              const std::function<void()>& stop_check = {});
 
   /// The scatterers of the planes of a fan, for beams that are steered: each plane sums those that
-  /// lie nearer to it than to its neighbours, all with the same weight. The cells are so long that 2
-  /// to 4 of them span a plane, so a plane has at least one scatterer, and planes share none.
+  /// lie nearer to it than to its neighbours, all with the same weight. The cells are so long that
+  /// 2 to 4 of them span a plane, so a plane has at least one scatterer, and planes share none.
   /// sine_step: from each plane to the next, as sine of azimuth.
   /// least_cosine: of the planes' azimuths.
   static Scatterers of_planes(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
@@ -132,7 +132,7 @@ class Scatterers {
   std::vector<double> width_of_bin_m_;
   std::vector<Row> rows_;
   std::vector<Table> tables_;   // of planes: by twelfths of an octave of 1 / cosine of azimuth
-  std::uint32_t columns_ = 0;       // of a row of weights; the last ones are 0
+  std::uint32_t columns_ = 0;   // of a row of weights; the last ones are 0
   std::vector<float> weights_;  // real and imaginary parts, by distance from the beam's middle
   std::vector<Frame> frames_;
 };

@@ -134,9 +134,9 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.arrivals.second_time_around ? farthest_earlier_m(sonar, ping_m(sonar, options))
                                               : 0.0,
           options.stop_check),
-      steered_(sonar.steers() ? std::optional<SteeredSpeckle>(
-                                    std::in_place, sonar, options.sound_speed_mps, options.seed,
-                                    options.heading_rad, options.textures)
+      steered_(sonar.steers() ? std::optional<SteeredSpeckle>(std::in_place, sonar,
+                                                              options.sound_speed_mps, options.seed,
+                                                              options.heading_rad, options.textures)
                               : std::nullopt),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(by_bin(law_, beam_share(options, law_))),
@@ -169,8 +169,8 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
 /// middle receives. Beyond the range, from where only earlier pings echo, it is interpolated.
 std::vector<double> SignalChain::shares_of_beam(int beam) const {
   if (sonar_.steers()) {
-    // The beam is weaker by the transmitter's pattern, and wider by the cosine, on which it projects
-    // the array. Its energy is the integral over the bed, whatever its length.
+    // The beam is weaker by the transmitter's pattern, and wider by the cosine, on which it
+    // projects the array. Its energy is the integral over the bed, whatever its length.
     const double sine = std::sin(sonar_.bearing_rad(beam));
     const LineArray sent = sonar_.transmit_array(options_.sound_speed_mps / sonar_.frequency_hz);
     const double share = sent.power(sine) / std::sqrt(1.0 - sine * sine);

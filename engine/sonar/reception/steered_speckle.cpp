@@ -37,9 +37,8 @@ void SteeredSpeckle::sum(const FanPlanes& planes, int looks, std::size_t reach,
     const FanGrid::Plane& its = fan.grid->planes[plane];
     const std::size_t table = scatterers_.table_of(its.cos_azimuth);
     // Seen from above, a plane's scatterers lie on lines that are perpendicular to it.
-    const ArrayFrame frame{fan.origin,
-                           its.cos_azimuth * fan.array_axis - its.sin_azimuth * fan.middle,
-                           -fan.pole};
+    const ArrayFrame frame{
+        fan.origin, its.cos_azimuth * fan.array_axis - its.sin_azimuth * fan.middle, -fan.pole};
     scatterers_.place(frame, planes.lines[plane].bins, scratch.cells, table);
     for (int look = 0; look < looks; ++look) {
       scatterers_.gather(scratch.cells, look, scratch.power, scratch.plane_re.data(),

@@ -33,8 +33,8 @@ class SteeredSpeckle {
     Scatterers::Scratch cells;
     SteeredBeams::Scratch runs;
   };
-  /// Sums the fields of all beams for a number of looks. reach: bins by which each beam is padded at
-  /// both ends.
+  /// Sums the fields of all beams for a number of looks. reach: bins by which each beam is padded
+  /// at both ends.
   void sum(const FanPlanes& planes, int looks, std::size_t reach, Scratch& scratch) const;
   /// Where a beam's values begin in Scratch, its padding included; look 0 for the variance.
   std::size_t begin_of(std::size_t beam, int look, std::size_t reach) const {
