@@ -186,8 +186,8 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
     return make_run(scene, folder, control);
   } catch (const refine::DamagedFile& damage) {
     // Damage is found when a ping first touches it, in the middle of the run. What was read before
-    // was sound, but the whole run starts again. A damaged file that the scene names belongs to the
-    // user, so it is not removed.
+    // was undamaged, but the whole run starts again. A damaged file that the scene names belongs to
+    // the user, so it is not removed.
     if (scene.seafloor.kind == SeafloorKind::progressive) throw;
     std::error_code ignored;
     fs::remove(cache_file(scene, control.cache), ignored);

@@ -325,8 +325,9 @@ void ActiveMesh::split(Index vertex) {
 /// Splits a vertex, or returns another one that must be split before. Imagine the children one
 /// above the other, the left child below. The first fundamental face comes between them on the left
 /// side, the second on the right side. So, counter-clockwise round the vertex, the faces from the
-/// first's cut vertex to the second's are the left child's, and the others are the right child's.
-/// If a fundamental face does not exist, the border takes the place of its cut vertex.
+/// cut vertex of the first fundamental face to the cut vertex of the second get the left child, and
+/// the others get the right child. If a fundamental face does not exist, the border takes the place
+/// of its cut vertex.
 Index ActiveMesh::try_split(Index vertex) {
   const Index number = nodes_[vertex].number;
   const auto expect = [&](bool holds, const char* what) {

@@ -76,7 +76,7 @@ class ActiveMesh {
   void vsplit(std::uint32_t vertex);
 
   /// Merges the two active children of a split node into one vertex again. First splits nodes that
-  /// block this and were collapsed later in the progressive mesh. If others block it, changes
+  /// block this and were collapsed later in the progressive mesh. If other nodes block it, changes
   /// nothing and returns false. Throws std::invalid_argument if nodes()[node] has no two active
   /// children.
   bool ecol(std::uint32_t node);

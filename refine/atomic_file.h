@@ -24,11 +24,11 @@ using ReadAt = std::function<std::size_t(std::uint64_t place, std::span<std::byt
 /// Reads a file that is written, but does not have its final name yet.
 using ReadBack = std::function<void(const ReadAt& read_at)>;
 
-/// Writes bytes into a file so that at any moment the file is the old one or the complete new one:
-/// temporary file in the same folder, fsync, rename, fsync of the folder. A failure leaves nothing
-/// behind. A killed process leaves its temporary file, .NAME.NUMBER.tmp, which the next writer of
-/// the file removes (if the file system has locks). Throws std::system_error with the file and the
-/// step.
+/// Writes bytes into a file so that at any moment the file is the old one or the complete new one.
+/// The steps are: write a temporary file in the same folder, fsync, rename, fsync of the folder. A
+/// failure leaves nothing behind. A killed process leaves its temporary file, .NAME.NUMBER.tmp,
+/// which the next writer of the file removes (if the file system has locks). Throws
+/// std::system_error with the file and the step.
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);
 /// Writes several parts, one after another.

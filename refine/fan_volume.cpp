@@ -72,11 +72,11 @@ void ViewTest::look_at(std::span<const FanVolume> volumes) {
   }
 }
 
-// Uses the distances of the test of a sphere. For a point of the triangle that is inside the
-// volume, each distance is at most the radius, for all spheres around the point. This also holds if
-// a different point is inside for each surface. The distances from the cones are concave on the
-// outer side, which is convex. So a triangle is outside if all its corners are outside, for the
-// cones of the beam on the same side.
+// Uses the same distances as the test of a sphere. If a point of the triangle is inside the volume,
+// then for each sphere around the point, each distance is at most the sphere's radius. This also
+// holds if the points that are inside differ from surface to surface. The distances from the cones
+// are concave on the outer side, which is convex. So a triangle is outside if all its corners are
+// outside, for the cones of the beam on the same side.
 bool ViewTest::Bounds::touch(const Corners& corners) const {
   bool left = true, right = true, behind = true;
   bool above = sin_high >= 0.0, below = sin_low <= 0.0;  // otherwise the inner side is convex

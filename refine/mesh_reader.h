@@ -27,9 +27,9 @@ std::string fault_of_other_mesh(const std::filesystem::path& file);
 /// metres. It is subtracted in double, before positions become float.
 ///
 /// The file is not trusted. Sizes are compared with the file's before memory is allocated. Every
-/// number must be finite and within 1e18, every index in range (in an OBJ it may be of a later
-/// vertex), every polygon must have at least three corners, and only blank lines may follow the
-/// end. Texture, colours, normals, materials, groups, lines and points are ignored; triangle
+/// number must be finite and within 1e18, every index in range (in an OBJ it may be the index of a
+/// later vertex), every polygon must have at least three corners, and only blank lines may follow
+/// the end. Texture, colours, normals, materials, groups, lines and points are ignored; triangle
 /// strips, free-form surfaces and binary OFF are refused by name. Throws MeshError with the line
 /// (or byte) of the fault, for a mesh without faces, and for a file that cannot be read.
 /// `stop_check` is called while the file is read; its exceptions end the reading.

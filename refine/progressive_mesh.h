@@ -49,8 +49,9 @@ struct ProgressiveMeshArrays {
 /// tracer computes with the same bits as from the source.
 ///
 /// The data are in a builder's arrays or in a mapped file (progressive_mesh_file.h). Of a file,
-/// only the parts in use are read. So nodes, leaves and tags must be verified before their use,
-/// which is done in groups. Roots and the base mesh's faces are always verified.
+/// only the parts in use are read. So callers must verify nodes and leaves before they use them
+/// (verify_node(), verify_leaf()); the function that returns a tag verifies it. A whole group is
+/// verified at once. Roots and the base mesh's faces are always verified.
 class ProgressiveMesh {
  public:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();

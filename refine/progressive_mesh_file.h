@@ -30,8 +30,8 @@ struct ProgressiveMeshExtras {
 /// zeros to a page's end. The last section has the XXH3-64 checksums of all other sections: one for
 /// each group of ProgressiveMesh::group nodes, leaves or tags, and one for the rest of the section
 /// up to the page's end. This rest is the base mesh's part of the faces, and all of the roots and
-/// of `about`. The header has a checksum of itself and one of the checksums, so each byte is
-/// covered. The file has 68 bytes per vertex and some pages.
+/// of `about`. The header has a checksum of itself and a checksum of the last section, so each byte
+/// is covered. The file has 68 bytes per vertex and some pages.
 void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
           const std::filesystem::path& file);
 

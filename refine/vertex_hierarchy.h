@@ -20,8 +20,8 @@ struct Collapse {
 /// Builds the hierarchy of a sequence of collapses (finest first) over a mesh: the order of leaves,
 /// the fundamental faces, and the spheres around closed stars, enlarged because of rounding. Takes
 /// less than a microsecond per vertex. The number of threads does not change the result. Throws
-/// std::invalid_argument for a collapse of a vertex that does not exist (any more), of a face that
-/// does not exist or was removed before, for a face with a vertex that does not exist, for 2^31
+/// std::invalid_argument if a collapse has a vertex that does not exist (any more), or a face that
+/// does not exist or was removed before; for a face with a vertex that does not exist, for 2^31
 /// vertices or more, and for threads < 1.
 ProgressiveMeshArrays lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
                               int threads = 1);

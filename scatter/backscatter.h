@@ -79,7 +79,8 @@ class Bottom final : public Backscatter {
   /// `model` is a name as for bottom_model_kind(). `resolved_slope_fraction`
   /// (composite_roughness.h) is the part of the slope variance s^2 that the mesh itself shows;
   /// slope average and shadowing use only the rest of the variance. Throws as check(),
-  /// wavenumber_per_cm() and bottom_model_kind(), and unless the fraction is in [0, 1].
+  /// wavenumber_per_cm() and bottom_model_kind(), and std::invalid_argument if the fraction is
+  /// outside [0, 1].
   Bottom(const Sediment& sediment, double frequency_hz, double sound_speed_mps,
          std::string_view model = "tr9407", double resolved_slope_fraction = 0.0);
 

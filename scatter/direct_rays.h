@@ -7,11 +7,12 @@
 
 namespace ensonify::scatter {
 
-/// The rays of sound that go down from one depth without turning upwards: finds the ray that
-/// reaches a point, and its travel time. These rays cannot cross: of two rays, the flatter one is
-/// farther out at every depth, so a point has one ray or none. Ranges and times to the edges of
-/// layers are in tables over the cotangent of the launch angle, because in water of one speed the
-/// range is proportional to the cotangent. Within a layer, the closed forms of SoundRay are used.
+/// The rays of sound that go down from one depth without turning upwards. Finds the one of these
+/// rays that reaches a point, and its travel time. These rays cannot cross: of two rays, the
+/// flatter one is farther out at every depth, so a point has one ray or none. Ranges and times to
+/// the edges of layers are in tables over the cotangent of the launch angle, because in water of
+/// one speed the range is proportional to the cotangent. Within a layer, the closed forms of
+/// SoundRay are used.
 class DirectRays {
  public:
   /// The ray that reaches a point.

@@ -17,11 +17,12 @@ struct EigenrayEnds {
 };
 
 /// Finds the ray of sound between two points and returns it at its source. Of the rays that touch
-/// neither surface nor bottom on the way, it is the first to arrive; none if the point is in a
-/// shadow zone. Rays are tried at every tenth of a degree and at the angles at which rays graze a
-/// layer's edge. Between a ray that passes above the point and one that passes below, the ray is
-/// found by bisection. The profile must outlive the ray. Throws std::invalid_argument for ends that
-/// are not between surface and bottom, and for a range that is not above 0.
+/// neither surface nor bottom on the way, it is the first to arrive. Returns nullopt if there is no
+/// such ray, because the point is in a shadow zone. Rays are tried at every tenth of a degree and
+/// at the angles at which rays graze a layer's edge. Between a ray that passes above the point and
+/// one that passes below, the ray is found by bisection. The profile must outlive the ray. Throws
+/// std::invalid_argument for ends that are not between surface and bottom, and for a range that is
+/// not above 0.
 std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const EigenrayEnds& ends);
 
 /// A ray of sound at the point where it arrives, with the direction of its launch, `along` and

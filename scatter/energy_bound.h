@@ -31,8 +31,8 @@ struct EnergyExcess {
 /// - Diffuse scattering is reciprocal and separable, and the same in all azimuths: sigma(i, s) =
 ///   sqrt(sigma(i) sigma(s)). Then E(i) = sqrt(sigma(i)) / sin(i) * integral of sqrt(sigma) dOmega,
 ///   which is pi mu for Lambert's law. If sigma is nowhere above sin^2 / pi, then E is at most 1
-///   everywhere. This limit is applied at each angle up to 60 degrees: no angle may return more
-///   because others return less, as with a reflector that is turned towards the sonar.
+///   everywhere. This limit is applied at each angle up to 60 degrees: an angle may not return
+///   more because other angles return less. (A reflector that is turned towards the sonar would.)
 /// - Above 60 degrees, the part of sigma that exceeds Lambert's law through the strength at 60
 ///   degrees is a lobe of facets, which reflect. At vertical incidence the facets return 4 times
 ///   the integral of sigma cos(t) dOmega over the lobe, where t is the angle from vertical. This is

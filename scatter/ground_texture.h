@@ -48,11 +48,12 @@ struct GroundTexture {
 /// The typical texture of a sediment. The patches and points of sand and gravel were chosen to
 /// agree with two recordings at 600 kHz in two respects, at each grazing angle: how many samples
 /// exceed 2, 3, 4, 5 and 6 times the mean around them, and the contrast. With a survey's recorder,
-/// a bed of gravel has about the numbers of a mixed bed; sand is between a river's sand and the
-/// mixed bed (tests/physics/texture_test.cpp, bench/realism/tails.py). The slow change of strength
-/// was chosen so that, at each grazing angle, levels change over 1 to 16 m of the track as in these
-/// recordings, and forms of 0.3 to 2.4 m have a similar contrast and skew (bench/realism has the
-/// differences). The textures of other beds are scaled by the kind of bed, and are not measured.
+/// a simulated bed of gravel is near the recorded mixed bed in both respects. Simulated sand lies
+/// between the recorded sand of a river and the recorded mixed bed (tests/physics/texture_test.cpp,
+/// bench/realism/tails.py). The slow change of strength was chosen so that, at each grazing angle,
+/// levels change over 1 to 16 m of the track as in these recordings, and forms of 0.3 to 2.4 m have
+/// a similar contrast and skew (bench/realism has the differences). The textures of other beds are
+/// scaled by the kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions with mean 1, for making random numbers. A row belongs to a

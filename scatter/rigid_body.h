@@ -13,7 +13,8 @@ namespace ensonify::scatter {
 ///     |sum over n of (-1)^n (2 n + 1) j_n'(ka) / h_n'(ka)|^2 / k^2
 ///
 /// (Faran, J. Acoust. Soc. Am. 23, 405 (1951); Morse and Ingard, Theoretical Acoustics (1968), ch.
-/// 8.2). For small ka (25 / 9) (ka)^4; from ka = 20 on, where the sum is within 0.25 dB of 1, 1.
+/// 8.2). For small ka it is (25 / 9) (ka)^4. From ka = 20 on, where the sum is within 0.25 dB of 1,
+/// it is 1.
 double rigid_sphere_gain(double ka);
 
 /// The cross-section of a rigid cylinder of radius a and length L, seen at a right angle to its
@@ -21,8 +22,8 @@ double rigid_sphere_gain(double ka);
 ///
 ///     |sum over n of e_n (-1)^n J_n'(ka) / H_n'(ka)|^2 / pi^2, e_0 = 1, e_n = 2
 ///
-/// (Faran 1951; finite lengths: Stanton, J. Acoust. Soc. Am. 83, 55 (1988)). For small ka (9 pi /
-/// 4) (ka)^3; from ka = 20 on, where the sum is within 0.1 dB of 1, 1.
+/// (Faran 1951; finite lengths: Stanton, J. Acoust. Soc. Am. 83, 55 (1988)). For small ka it is (9
+/// pi / 4) (ka)^3. From ka = 20 on, where the sum is within 0.1 dB of 1, it is 1.
 double rigid_cylinder_gain(double ka);
 
 /// Tables of both gains, within 0.02 dB of the sums, which take far longer.
@@ -67,9 +68,9 @@ std::array<double, 3> ellipsoid_shares(const std::array<double, 3>& half_axes_m)
 /// where 1 / (1 - L) is the mean over the axes, weighted with the squared components of the
 /// direction (Rayleigh's limit: Van Bladel, J. Acoust. Soc. Am. 44, 1069 (1968)). For a sphere of
 /// radius a this is (25 / 36) k^4 a^6. For larger bodies there are two more factors. One is F(2 k
-/// h)^2 with F(u) = 3 j_1(u) / u and the body's half depth h in the direction: it is for the phases
-/// of the body's parts, as in an ellipsoid. The other depends only on k and the volume; with it a
-/// sphere has exactly its sum over modes.
+/// h)^2 with F(u) = 3 j_1(u) / u, where h is the body's half depth in the direction. It accounts
+/// for the different phases of the body's parts, as in an ellipsoid. The other factor depends only
+/// on k and the volume. It makes the cross-section of a sphere exactly the sum over its modes.
 double small_body_cross_section(const RigidBody& body, const std::array<double, 3>& direction,
                                 double k_per_m);
 

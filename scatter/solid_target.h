@@ -19,9 +19,9 @@ struct Solid {
 
   /// The part of the arriving energy that the surface reflects like a mirror, without scattering:
   /// specular exp(-(2 k h)^2) (Eckart, J. Acoust. Soc. Am. 25, 566 (1953)). The rms height h
-  /// follows from the inclination s and the correlation length. This is taken as one wavelength,
-  /// the shortest for which Kirchhoff's theory holds. Then h = s lambda / 2, and (2 k h)^2 = (2 pi
-  /// s)^2.
+  /// follows from the inclination s and the correlation length. The correlation length is taken as
+  /// one wavelength, the shortest for which Kirchhoff's theory holds. Then h = s lambda / 2, and (2
+  /// k h)^2 = (2 pi s)^2.
   double smooth_specular() const;
   /// The solid without this part: `specular` is then the part that its rough surface scatters.
   Solid rough() const;

@@ -29,7 +29,8 @@ class SoundRay {
   /// Starts at a depth, in the direction whose components are `along` (the cosine of the angle
   /// below the horizontal, not negative) and `down` (its sine). The ray is reflected at `surface_m`
   /// and `bottom_m`; the source must be between them. The profile must outlive the ray. Throws
-  /// std::invalid_argument if it is not, and for a direction that is not a unit vector.
+  /// std::invalid_argument if the source is not between them, or if the direction is not a unit
+  /// vector.
   SoundRay(const SoundSpeedProfile& profile, double depth_m, double along, double down,
            double surface_m = -std::numeric_limits<double>::infinity(),
            double bottom_m = std::numeric_limits<double>::infinity());

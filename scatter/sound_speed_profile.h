@@ -32,10 +32,11 @@ struct SoundSpeedLayer {
 };
 
 /// Sound speed as a function of depth: linear between samples, without jumps, and constant above
-/// the first and below the last sample. A bed below the cast is common, and a cast's last gradient
-/// does not predict the water below. If the properties of that water were constant, its speed would
-/// grow by 1.6 m/s per 100 m because of the pressure, which is less than the uncertainty. remarks()
-/// informs the user. Absorption is treated in the same way.
+/// the first and below the last sample. The bed is often deeper than the cast, and a cast's last
+/// gradient does not predict the water below it, so the speed is constant there. If the properties
+/// of that water were constant, its speed would grow by 1.6 m/s per 100 m because of the pressure,
+/// which is less than the uncertainty. remarks() informs the user. Absorption is treated in the
+/// same way.
 class SoundSpeedProfile {
  public:
   /// Takes one or more samples in any order. Samples less than a millimetre below another sample
@@ -56,7 +57,7 @@ class SoundSpeedProfile {
 
   /// The harmonic mean speed between two depths, in either order: distance over travel time
   /// straight down. If they are equal, the speed there. Throws std::invalid_argument unless both
-  /// are finite.
+  /// depths are finite.
   double mean_speed_mps(double from_m, double to_m) const;
 
   /// All layers, downwards: a constant one above the first sample, one between each two samples, a

@@ -26,11 +26,11 @@ class StrengthTable {
   std::vector<StrengthCurve> curves_;
 };
 
-/// The strength of a table at one frequency. It is interpolated linearly in decibels, over the
-/// grazing angle, and between two curves over the logarithm of the frequency. Outside the table's
-/// frequencies the nearest curve is used, and above a curve's last angle its last strength. Below
-/// the first angle the strength falls from the first one by Lambert's law, because a constant
-/// strength would return more energy than arrives (energy_bound.h).
+/// The strength of a table at one frequency. The strength in decibels is interpolated linearly over
+/// the grazing angle, and between two curves linearly over the logarithm of the frequency. Outside
+/// the table's frequencies the nearest curve is used. Above a curve's last angle, its last strength
+/// is used. Below the first angle the strength falls from the first strength by Lambert's law,
+/// because a constant strength would return more energy than arrives (energy_bound.h).
 class MeasuredBottom final : public Backscatter {
  public:
   /// `offset_db` is added to all strengths.

@@ -3,8 +3,8 @@
 namespace ensonify::scatter {
 
 /// A sea surface under a steady wind, seen from below, after APL-UW TR 9407 (1994), section II. The
-/// report is for 10..100 kHz; other frequencies are extrapolated. It states an accuracy of 4 dB for
-/// winds above 8 m/s and of 5 dB for slower winds.
+/// report is for 10..100 kHz; other frequencies are extrapolated. The report states an accuracy of
+/// 4 dB for winds above 8 m/s and of 5 dB for slower winds.
 struct SeaSurface {
   double wind_mps = 0.0;        ///< 10 m above the surface, 0..60
   double frequency_hz = 100e3;  ///< above 0

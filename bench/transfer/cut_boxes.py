@@ -7,7 +7,7 @@ IMAGES has the pictures, LABELS a text file of the same name for each: lines of 
 middle and size of a box, as shares of the picture. Each box becomes a square about it,
 OUT/CLASS/NAME_0.png, with `margin` of its longer side on each side, shifted into the picture where
 it sticks out. With `--seabed N` up to N squares per picture that meet no box go to OUT/seabed. A
-picture that looks the same as one in OUT, or in the folder of `--not-in`, is left out.
+square that looks the same as one in OUT, or as one in a folder of `--not-in`, is left out.
 """
 
 import argparse

@@ -6,10 +6,10 @@
 DATASET is what `ensonify generate` wrote, with chips or tiles. FOLDER has one folder of pictures
 per class, named as in the dataset; `seabed` stands for pictures without a target. Each FOLDER is
 reported separately. Nothing is fitted to real pictures: the network sees them once, at the end.
-Prints balanced accuracy (the mean of the classes' shares that are right) and the area under the
-curve (of each class against the others, averaged), both 0.5 by chance with two classes, over the
-seeds of the network; then what a linear discriminant of simple statistics makes of the same
-pictures.
+Prints, as the mean over the network's seeds, the balanced accuracy (the mean over the classes of
+the share that is named correctly) and the area under the curve (each class against the others,
+averaged). Both are 0.5 by chance with two classes. Then prints the same for a linear discriminant
+of simple statistics, on the same pictures.
 """
 
 import argparse

@@ -12,9 +12,10 @@ constexpr bool compiled_with_optimisation = false;
 /// The program `ensonify`: carries out the command line that main() gets, and returns the exit
 /// code. Data goes to stdout, everything else to stderr. It ignores the signals SIGXFSZ and
 /// SIGPIPE. During a command it handles SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1 and SIGUSR2. It
-/// may be called once. A program of your own that calls it has all commands, with the intersectors
-/// of program_intersector_kinds() (trace/intersector.h). If `optimised` is false, it warns that the
-/// program may be slow; by default this is whether the caller is compiled with optimisation.
+/// may be called once. Your program may call it, too: it then has all commands, and the
+/// intersectors of program_intersector_kinds() (trace/intersector.h). If `optimised` is false, it
+/// warns that the program may be slow. By default `optimised` is true if the caller is compiled
+/// with optimisation.
 int program_main(int argc, char** argv, bool optimised = compiled_with_optimisation);
 
 }  // namespace ensonify::engine::app

@@ -17,11 +17,11 @@ std::optional<double> bed_drift_m(const RecordedLine& line, Side side,
                                   std::span<const std::size_t> bed, std::size_t first,
                                   std::size_t end);
 
-/// The largest correlation of pings that are `lag` pings apart, divided by that of neighbouring
-/// pings, for the pings and samples of bed_drift_m(). It is small for speckle and single stones,
-/// which only a few pings show. It is large for ripples and other long forms; if these are oblique
-/// to the track, they shift from ping to ping as the bed does under a vehicle with a crab angle.
-/// Not finite if there are too few pings or samples for bed_drift_m().
+/// The largest correlation of pings that are `lag` pings apart, divided by the largest correlation
+/// of neighbouring pings. It uses the same pings and samples as bed_drift_m(). It is small for
+/// speckle and single stones, which only a few pings show. It is large for ripples and other long
+/// forms; if these are oblique to the track, they shift from ping to ping as the bed does under a
+/// vehicle with a crab angle. Not finite if there are too few pings or samples for bed_drift_m().
 double lasting_likeness(const RecordedLine& line, Side side, std::span<const std::size_t> bed,
                         std::size_t first, std::size_t end, std::size_t lag);
 

@@ -38,11 +38,12 @@ struct FoundBed {
 /// and bed. The edge is moved from this place to the smaller range at which the samples rise above
 /// the water column, because a beam that looks away from the nadir receives the nearest bed only
 /// weakly. Two things are not taken as bed: noise that grows with range because of a time-varied
-/// gain, and possible side lobes of a sweep. Fish and noise also make such places. The line prefers
-/// places that continue from ping to ping, that have less echo before them, and that are at the
-/// stated altitude. The stated altitude is used for this only if it differs from the edges in half
-/// of the pings by one constant offset, of any size. In pings that the line leaves out, the edge is
-/// the stated altitude with this offset, or it is interpolated.
+/// gain, and possible side lobes of a sweep. Fish and noise also make places where 8 successive
+/// samples are above the geometric mean. The line prefers places that continue from ping to ping,
+/// that have less echo before them, and that are at the stated altitude. The stated altitude is
+/// used for this only if it differs from the edges in half of the pings by one constant offset, of
+/// any size. In pings that the line leaves out, the edge is the stated altitude with this offset,
+/// or it is interpolated.
 ///
 /// The stated altitude alone is used
 /// - if most pings show no bed, or their samples begin behind the stated altitude;

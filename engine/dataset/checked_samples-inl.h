@@ -39,8 +39,9 @@ class CheckedSamples {
   bool finished(std::size_t sample) const { return folders_.finished(sample); }
   /// The sample's folder, or its tar.
   std::filesystem::path place(std::size_t sample) const;
-  /// Reads and checks every file of a sample. None if a file is damaged; `damage` then names the
-  /// file and the damage. Throws std::system_error if the disk cannot read a file.
+  /// Reads and checks every file of a sample. If a file is missing or damaged, returns nullopt, and
+  /// `damage` names what is wrong and where. Throws std::system_error if the disk cannot read a
+  /// file.
   std::optional<SampleRecord> read(std::size_t sample, std::string& damage);
   /// The size of a file of the sample last given to read(); none if it has no such file.
   std::optional<std::uint64_t> size_bytes(std::size_t sample, const std::string& name) const;

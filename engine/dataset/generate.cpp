@@ -89,10 +89,11 @@ void stage_copy(const fs::path& file, const fs::path& copy) {
   stage(copy, refine::read_file(file));
 }
 
-/// Throws SceneError unless `copies` are the files behind `copy`, the copy of a scene's file, so
-/// that reading the copy gives the same as reading the original. The copies differ if a mosaic
-/// names its sources by absolute paths, or if the scene names a link whose name is not that of its
-/// file, because the files next to it have the name of the file.
+/// `copy` is the copy of a scene's file. Throws SceneError unless `copies` are the files that are
+/// read together with `copy` (files_behind()). Only then does reading the copy give the same as
+/// reading the original. The files differ if a mosaic names its sources by absolute paths, or if
+/// the scene names a link whose name is not that of its file, because the files next to it have the
+/// name of the file.
 void require_read_with(const std::vector<fs::path>& copies, const fs::path& copy,
                        std::string_view key, const InputFile& file) {
   try {

@@ -43,11 +43,11 @@ struct GenerateReport {
 
 /// Makes the missing samples of a dataset's shard in a folder, which is created if necessary. The
 /// bytes of a sample depend only on the recipe and the sample's number. A sample appears complete,
-/// in one step. A call that is stopped leaves no incomplete samples, and the next call removes
-/// those of a killed process. Several processes may share a folder: each sample is made by one
-/// process, and each process returns when its shard is complete. If a sample fails, the others are
-/// still made. Throws SceneError if the folder contains another dataset, and std::system_error if
-/// the disk cannot be written.
+/// in one step. A call that is stopped leaves no incomplete samples, and the next call removes the
+/// incomplete samples that a killed process left. Several processes may share a folder: each sample
+/// is made by one process, and each process returns when its shard is complete. If a sample fails,
+/// the others are still made. Throws SceneError if the folder contains another dataset, and
+/// std::system_error if the disk cannot be written.
 GenerateReport generate(const Recipe& recipe, const std::filesystem::path& folder,
                         const GenerateControl& control);
 

@@ -72,10 +72,11 @@ double greatest_over(ShownColumns shown, At&& at) {
   return greatest;
 }
 
-/// The waterfall's column whose labels a picture's column has, because labels have no mean. Of the
-/// columns with an object or a feature it is the one nearest to the middle of the picture's column.
-/// Without such columns it is chosen in this way from the columns with the shadow of an object or
-/// feature, otherwise from all. -1 if the picture's column shows nothing.
+/// The waterfall's column whose labels a picture's column gets. (A mean of labels has no meaning.)
+/// Of the columns with an object or a feature, it is the one nearest to the middle of the picture's
+/// column. If there are none, it is the nearest of the columns with the shadow of an object or
+/// feature; if there are none of these either, the nearest of all columns. -1 if the picture's
+/// column shows nothing.
 std::ptrdiff_t labelled_column(const Waterfall& waterfall, std::size_t row, ShownColumns shown);
 
 /// The layers that find_targets() reads, in other columns; 0 where a column shows nothing.

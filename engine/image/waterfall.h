@@ -53,11 +53,11 @@ struct Waterfall {
   double sonar_altitude_m(std::size_t row) const;
   /// A row's data of the line of a sector, by its name; LineRecord{} if the sonar does not have it.
   LineRecord line_of(const PingRow& row, std::string_view sector) const;
-  /// Sets a row. Its pixels come from the echo lines of its sectors; a lost ping has no lines. The
-  /// row keeps its number. All other values come from `record`; those of the lines (LineRecord) and
-  /// their artefacts are added from the lines. Several threads may set different rows at once.
-  /// Throws std::invalid_argument for a row that is not there, a sector that the sonar does not
-  /// have, and lines with another number of bins.
+  /// Sets a row. Its pixels come from the echo lines of its sectors; a lost ping has no lines. Each
+  /// line also gives its LineRecord, and adds its artefacts. All other values come from `record`,
+  /// but the row keeps its number. Several threads may set different rows at once. Throws
+  /// std::invalid_argument for a row that is not there, a sector that the sonar does not have, and
+  /// lines with another number of bins.
   void set_row(std::size_t row, std::span<const EchoLine> lines, const PingRow& record);
   /// Sets the rows of a ping, counted from 0 in this waterfall. `lines` are in the order of
   /// Simulator::ping(): the lines of this sonar's beams (sectors * beams), and perhaps lines of

@@ -14,7 +14,8 @@ namespace ensonify::engine {
 /// The mean power of one side's samples over a level bed, in dB re full scale, by cells of grazing
 /// angle of 2 degrees, of pings [first, end). NaN for a cell with fewer than `enough` samples.
 /// Samples that the transfer curve compressed are expanded first. The power that clipping removed
-/// is restored: of Rayleigh amplitudes of mean power s, it leaves s (1 - exp(-1 / s)).
+/// is restored: if Rayleigh amplitudes have the mean power s, the power after clipping is s (1 -
+/// exp(-1 / s)).
 constexpr double grazing_cell_deg = 2.0;
 constexpr std::size_t grazing_cells = 45;
 /// The angle in the middle of a cell, and the cell that contains an angle.

@@ -34,10 +34,10 @@ struct Imitation {
 
 /// Finds a scene whose images look like a recorded line. The pings are divided into blocks of 32.
 /// The scene's numbers are fitted to every second block and judged on the other blocks. Uses the
-/// alike_pings(), and of a line with more than 3000 of these the 3000 in the middle. Writes the
-/// scene's files into `folder`: scene.toml, navigation.csv and, if needed, beam.csv and tones.png.
-/// Throws RecordingError for a line that shows no bed or does not state its range, Stopped, and
-/// what Simulator throws.
+/// pings that alike_pings() selects. If there are more than 3000, only the 3000 in the middle are
+/// used. Writes the scene's files into `folder`: scene.toml, navigation.csv and, if needed,
+/// beam.csv and tones.png. Throws RecordingError for a line that shows no bed or does not state its
+/// range, Stopped, and what Simulator throws.
 Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
                   const ImitationControl& control);
 

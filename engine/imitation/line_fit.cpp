@@ -388,10 +388,10 @@ class Fit {
   /// Contrast at low grazing angles beyond that of a bed without texture is attributed to texture.
   /// The contrast shows the shape of the texture's patches: the variance that they add is
   /// proportional to 1 / shape (scatter::GroundTexture). The kurtosis shows the share of single
-  /// bright points, and depends far more on it than on the shape. It hardly depends on the number
-  /// of points per area, which stays the sediment's. Points stay bright from ping to ping. If the
-  /// bright samples of the recording do not stay bright as long, something else makes the kurtosis;
-  /// more points would only draw lines along the track.
+  /// bright points, and depends far more on it than on the shape. The kurtosis hardly depends on
+  /// the number of points per area, so this number stays that of the sediment. Points stay bright
+  /// from ping to ping. If the bright samples of the recording do not stay bright as long,
+  /// something else makes the kurtosis; more points would only draw lines along the track.
   void correct_texture(const Figures& simulated) {
     // If the range ends at a steeper angle, the first band has no samples.
     const auto known = std::ranges::find_if(low_bands, [&](const char* band) {

@@ -36,8 +36,9 @@ struct Cell {
 /// - speckle, of the recording and of the simulation: a steeper cell has fewer samples;
 /// - the noise floor, if it is near the level of the bed.
 ///
-/// An error of the bottom line shifts all cells along the level over the angle. Where a narrow beam
-/// makes this level steep, an error of one bin can change it by more than sediments differ.
+/// An error of the bottom line shifts the grazing angles of all cells. Where the level changes
+/// steeply with the angle because of a narrow beam, an error of one bin can change the level of a
+/// cell by more than the levels of two sediments differ.
 std::vector<Cell> weighted_cells(const LineModel& model, const GrazingLevels& excess_db,
                                  bool beam_is_stated) {
   const std::vector<double>& altitudes_m = model.path.altitude_m;

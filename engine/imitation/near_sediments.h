@@ -30,8 +30,9 @@ struct NearSediment {
 std::vector<NearSediment> nearest_sediments(const LineModel& model, const GrazingLevels& excess_db,
                                             bool beam_is_stated);
 
-/// How many of the first sediments explain the levels so equally well that errors of the levels
-/// decide which one is first. 1: only the first.
+/// The number of sediments that explain the levels almost as well as the first does: their
+/// chi_squared is less than 9 (3 standard deviations) above that of the first. Errors of the levels
+/// may decide the order of these sediments. 1: only the first.
 std::size_t as_near_as_the_first(const std::vector<NearSediment>& sediments);
 
 }  // namespace ensonify::engine

@@ -146,9 +146,9 @@ int looks_of_skew(double skew, Detector detector) {
 }
 
 /// A recorder is logarithmic if the spread of its samples stays the same while their mean grows, or
-/// if their skewness is too negative for their contrast. Over the contrast, the skewness of
-/// Rayleigh amplitudes is 1.2, that of their square root -0.6, for any number of looks, and that of
-/// their decibels about -5 to -15. Relief, shadows and texture only increase the spread, so the
+/// if their skewness is too negative for their contrast. The ratio of skewness to contrast is 1.2
+/// for Rayleigh amplitudes and -0.6 for their square root, for any number of looks. For their
+/// decibels it is about -5 to -15. Relief, shadows and texture only increase the spread, so the
 /// blocks with the smallest spread are used.
 void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
   constexpr double quietest = 0.2, least_change = 0.1, logarithmic = -1.5, alike = 0.4,
@@ -194,8 +194,8 @@ int looks_of(double contrast, Detector detector, TransferCurve curve) {
 }
 
 /// Distinguishes a square-root curve from a linear one by the contrast and skewness of the speckle.
-/// With a square root both are small. A linear curve can have such a small contrast by several
-/// looks, but then the skewness is clearly positive.
+/// With a square root both are small. With several looks, a linear curve can have such a small
+/// contrast, too, but then the skewness is clearly positive.
 void tell_root(const Speckle& found, RecorderSigns& signs) {
   const double line_skew = speckle_of(signs.detector, looks_of(found.contrast, signs.detector,
                                                                TransferCurve::linear))

@@ -83,7 +83,8 @@ class Mailbox {
   /// Waits until that time, or until the session stops.
   void wait_until(Clock::time_point due);
   /// Call this when the sonars of this change cannot be prepared. Their keys get their former
-  /// values back, so that later changes do not repeat the wrong values.
+  /// values back, unless a key has changed again since. So later changes do not repeat the wrong
+  /// values.
   void refuse(const SceneChange& change, const std::string& trouble);
   void fail(std::exception_ptr fault);
 

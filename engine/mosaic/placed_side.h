@@ -30,7 +30,7 @@ double ground_range_m(double slant_m, double height_m);
 /// Places the bins of a line; empty if the line shows no seabed and no object.
 ///
 /// With Positions::truth a bin lies at the origin of its echo. A bin in shadow lies between the
-/// bins of seabed or objects before and behind it; behind the last echo bins lie as over a level
+/// bins of seabed or objects before and behind it; bins behind the last echo lie as over a level
 /// bed. With Positions::navigation all bins lie abeam of the sonar, as over a level bed. Bins
 /// without data and the water column are not shown.
 PlacedSide place(const MosaicPing& ping, const Sonar& sonar, const Sector& sector,

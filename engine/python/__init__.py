@@ -20,19 +20,22 @@ for _public in (EchoLine, Error, Image, MemoryError, MeshError, Pose, RecordedLi
 
 
 def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=None, threads=0, progress=None):
-    """Every ping of a scene, as an array of (pings, samples): port far to near, then starboard near to far.
+    """Simulates every ping of a scene.
 
-    Of a scene with several sonars it returns a dict of them, by the sonars' names, in the scene's order.
+    Returns an array of (pings, samples): port from far to near, then starboard from near to far. If
+    the scene has several sonars and `sonar` is not given, returns a dict from each sonar's name to
+    its array, in the scene's order.
 
-    scene: a scene file's path, or a dict of the same keys. sonar: the name of the one that is wanted.
-    layer: which of `layers`; or a list of them, or "all", for a dict of arrays, by name, which share
-    the image's memory. keys: changes, as {"track.altitude_m": 4}. data: the folder of `data:` paths
-    (default: ENSONIFY_DATA). cache: the folder for analysed seafloors (default: ~/.cache/ensonify).
-    threads: 0 for one per core. progress(stage, done, of) is called now and then, by any thread.
+    scene: a scene file's path, or a dict of the same keys. sonar: the name of the only sonar to
+    return. layer: a name from `layers`. For a list of names or "all", each array is replaced by a
+    dict from layer names to arrays, which share the image's memory. keys: keys to change, such as
+    {"track.altitude_m": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
+    folder for analysed seafloors (default: ~/.cache/ensonify). threads: 0 for one per core.
+    progress(stage, done, of) is called repeatedly, from any thread.
 
-    Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
-    KeyError for an unknown sonar or layer, ValueError for a wrong number of threads, TypeError for a
-    value that no scene holds.
+    Raises SceneError or MeshError (both are ValueErrors) if the scene or one of its files is wrong,
+    KeyError for an unknown sonar or layer, ValueError for a wrong number of threads, and TypeError
+    for a value whose type no key of a scene has.
     """
     single = isinstance(layer, str) and layer != "all"
     wanted = [layer] if single else layers if layer == "all" else list(layer)

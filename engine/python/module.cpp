@@ -57,7 +57,8 @@ void add_exceptions(py::module_& module) {
                                    "Something is wrong with a mesh.");
   add_exception<engine::MemoryError>(
       module, "MemoryError", and_base(PyExc_MemoryError),
-      "A scene does not fit into memory: what needs how much, the limit and the remedy.");
+      "A scene does not fit into memory. The message states what needs memory, how much it needs, "
+      "the limit, and what to change.");
 }
 
 }  // namespace

@@ -158,8 +158,8 @@ A layer, (bins,). Raises KeyError for a name that is no layer's.)")
   py::class_<Image> image(module, "Image", R"(All pings of a sonar.
 
 image["intensity"] is a layer of it: a NumPy array of (pings, samples) over the image's own memory,
-float32 or uint32. The oldest ping is row 0; of a sonar with several `beams` each beam of a ping is
-a row, and counts as a ping here: the rear one first. Columns are port from far to near, then
+float32 or uint32. The oldest ping is row 0. If the sonar has several `beams`, each beam of a ping
+is a row, the rear beam first, and counts as a ping here. Columns are port from far to near, then
 starboard from near to far. `layers` lists the names.)");
   refuse_pickle(image, "use its layers, as image[\"intensity\"]");
   image
@@ -192,9 +192,9 @@ starboard from near to far. `layers` lists the names.)");
           R"(The objects and features in the image, a list of dicts, as in a run's NAME_targets.json.
 
 Boxes and outlines are in pixels of the picture, whose row 0 is the newest ping: row r there is row
-pings - 1 - r here. Columns are those of the layers, in slant range, also with
-display.slant_range_correction and display.speed_correction, with which the file of a run has the
-columns of its picture.)")
+pings - 1 - r here. Columns are always the columns of the layers, in slant range. With
+display.slant_range_correction or display.speed_correction they differ from the columns in a run's
+file, which are those of the run's picture.)")
       .def_property_readonly(
           "attributes", &attributes_of,
           R"(What a run's files have in addition to the layers, a dict: frequency_hz, range_m,
@@ -229,15 +229,18 @@ A layer, (pings, samples). Raises KeyError for a name that is no layer's.)")
              R"(images(scene, *, keys=None, data='', cache=None, threads=0, progress=None)
 --
 
-Every ping of a scene: a dict of an Image of each sonar, by name, in the scene's order.
+Simulates every ping of a scene. Returns a dict from each sonar's name to its Image, in the scene's
+order.
 
-scene: a scene file's path, or a dict of the same keys. keys: changes, as {"track.altitude_m": 4}.
-data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the folder for analysed seafloors
-(default: ~/.cache/ensonify). threads: 0 for one per core. progress(stage, done, of) is
-called now and then, by any thread, and what it raises ends the work, as does Ctrl-C.
+scene: a scene file's path, or a dict of the same keys. keys: keys to change, such as
+{"track.altitude_m": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
+folder for analysed seafloors (default: ~/.cache/ensonify). threads: 0 for one per core.
+progress(stage, done, of) is called repeatedly, from any thread. If it raises an exception, the work
+ends; Ctrl-C ends it, too.
 
-Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
-ValueError for a wrong number of threads, TypeError for a value that no scene holds.)");
+Raises SceneError or MeshError (both are ValueErrors) if the scene or one of its files is wrong,
+ValueError for a wrong number of threads, and TypeError for a value whose type no key of a scene
+has.)");
 }
 
 }  // namespace ensonify::python

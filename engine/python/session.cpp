@@ -172,17 +172,17 @@ void add_simulator(py::module_& module) {
                                 R"(Simulator(scene, *, keys=None, data='', cache=None, threads=0)
 --
 
-A scene made ready, to be pinged from any pose.
+A scene that is ready, so that it can ping from any pose.
 
-scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
+scene: a scene file's path, or a dict of the same keys. keys: keys to change, such as
 {"sea.temperature_c": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
-folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
-(0: one per core).
+folder for analysed seafloors (default: ~/.cache/ensonify). threads: the number of threads that make
+the scene ready (0: one per core).
 
-Any thread may call it; calls run one after another. The interpreter is free meanwhile. A signal's
-handler that calls it in the midst of a call raises RuntimeError. Raises
-SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files, ValueError
-for a wrong number of threads, TypeError for a value that no scene holds.)");
+Any thread may call it; calls run one after another. Other Python threads can run during a call. If
+a signal's handler calls it during a call, this raises RuntimeError. Raises SceneError or MeshError
+(both are ValueErrors) if the scene or one of its files is wrong, ValueError for a wrong number of
+threads, and TypeError for a value whose type no key of a scene has.)");
   refuse_pickle(simulator, "make one of the same scene");
   simulator
       .def(py::init<const py::object&, const py::object&, const fs::path&,
@@ -193,32 +193,33 @@ for a wrong number of threads, TypeError for a value that no scene holds.)");
            R"(ping(self, pose, number=None)
 --
 
-One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
+Makes one ping of every sonar, with the vehicle at a pose. The pulse is sent at pose.t_s.
 
-Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
-then of the next. `number` selects the random numbers: the same number and pose give the same ping
-again. Without a number it is the session's next one, from 0; a ping that raises takes none. No
-ping is lost or repeated: `artefacts.lost` and `artefacts.repeated` are for whole tracks, as of
-images(). Raises ValueError for a pose that is not finite, that lies beyond 1e8 m, that turns faster
-than a million degrees per second, that puts a sonar above the sea surface (z_m >= 0) or below the
-bed, or that moves the vehicle or a sonar as fast as sound. Warns, once, of a pose out of reach of
-the seafloor.)")
+Returns a list of EchoLines: the sides that the first sonar has (port, then starboard), then those
+of the next sonar. `number` selects the random numbers: the same number and pose give the same ping
+again. If no number is given, the session's next number is used, from 0; a ping that raises an
+exception uses none. No ping is lost or repeated: `artefacts.lost` and `artefacts.repeated` have an
+effect only on whole tracks, as in images(). Raises ValueError for a pose that is not finite, that
+lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a sonar above the
+sea surface (z_m >= 0) or below the bed, or that moves the vehicle or a sonar as fast as sound.
+Warns once if a pose is out of reach of the seafloor.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
 
-Changes sonars' keys from the next ping on, as {"sonar.sidescan.range_m": 40}.
+Changes keys of sonars from the next ping on, such as {"sonar.sidescan.range_m": 40}.
 
-Raises SceneError (a ValueError) for another key, or a value that a scene refuses; then nothing is
-changed.)")
+Raises SceneError (a ValueError) for a key that is not of a sonar, and for a value that a scene
+refuses. Then nothing is changed.)")
       .def("add", &Session::add, py::arg("object"), py::arg("pose"), R"(add(self, object, pose)
 --
 
 Puts an object into the scene, and returns its instance number.
 
-object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. Without "shape_seed"
-the form of a boulder or wreck follows from the scene's seed and the instance. The pose places the
-middle of its bounds: z up, y where the heading points. Raises SceneError for wrong keys, ValueError
-for a pose that is not finite or lies beyond 1e8 m.)")
+object: a dict of the keys of a scene's [[objects]], such as {"shape": "barrel"}. Without
+"shape_seed" the form of a boulder or wreck follows from the scene's seed and the instance. The pose
+places the middle of the object's bounds. The object's z is up, and its y is where the heading
+points. Raises SceneError for wrong keys, ValueError for a pose that is not finite or lies beyond
+1e8 m.)")
       .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),
            py::kw_only(), py::arg("material") = "fouled steel", py::arg("class_name") = "object",
            R"(add_mesh(self, vertices, faces, pose, *, material='fouled steel', class_name='object')
@@ -227,9 +228,10 @@ for a pose that is not finite or lies beyond 1e8 m.)")
 Puts a mesh into the scene, and returns its instance number.
 
 vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
-A closed mesh scatters on its outside, an open one on both sides of its faces. Raises ValueError for
-other shapes or an unknown material, TypeError for faces of other than whole numbers or vertices of
-other than real ones, MeshError for a vertex that is not there, not finite or beyond 1e8 m.)")
+A closed mesh scatters on its outside, an open mesh on both sides of its faces. Raises ValueError
+for arrays of other shapes or an unknown material, TypeError if the faces are not whole numbers or
+the vertices are not real numbers, and MeshError for a vertex that does not exist, is not finite or
+lies beyond 1e8 m.)")
       .def(
           "move",
           [](Session& self, std::uint32_t instance, const Pose& pose) {
@@ -238,8 +240,8 @@ other than real ones, MeshError for a vertex that is not there, not finite or be
           py::arg("instance"), py::arg("pose"), R"(move(self, instance, pose)
 --
 
-Moves an object that was added; those of the scene are fixed. Raises ValueError for an instance
-that is not there.)")
+Moves an object that was added. (The objects of the scene are fixed.) Raises ValueError for an
+instance that is not there.)")
       .def(
           "remove",
           [](Session& self, std::uint32_t instance) {

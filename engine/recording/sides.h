@@ -6,10 +6,10 @@
 
 namespace ensonify::engine {
 
-/// Whether port and starboard of one sonar can have these frequencies (0: not stated). The two
-/// frequencies may differ by up to 20 %, because some sonars use different frequencies so that one
-/// side does not receive the pulse of the other side. The frequencies of a sonar with two
-/// frequencies differ much more.
+/// Whether port and starboard of one sonar can have these frequencies. True if one is 0 (not
+/// stated). Otherwise they may differ by up to 20 %: some sonars transmit at a different frequency
+/// on each side, so that neither side receives the pulse of the other. The two bands of a
+/// dual-frequency sonar differ by much more.
 bool may_be_of_one_sonar(double port_hz, double starboard_hz);
 
 /// Whether one of the two lines is the port side and the other line the starboard side of one

@@ -24,11 +24,11 @@ std::size_t pings_per_row(std::size_t pings);
 void join_pictures(const std::filesystem::path& folder, const RunParts& parts,
                    std::size_t finished_parts, const std::string& sonar);
 
-/// Joins the targets of all parts to the targets of the run, in the format of targets_json(). An
-/// outline counts rows of the parts' pictures, also where a row of the joined picture is the mean
-/// of several. Pings are numbered as in the run. Contrast, range and ping are means weighted by
-/// area. `visibility` (empty if not counted) and `sights` (by instance) are of the whole run.
-/// Throws SceneError for a damaged file, std::system_error.
+/// Joins the targets of all parts to the targets of the run, in the format of targets_json(). The
+/// rows in an outline are rows of the parts' pictures, also where a row of the joined picture is
+/// the mean of several of these rows. Pings are numbered as in the run. Contrast, range and ping
+/// are means weighted by area. `visibility` (empty if not counted) and `sights` (by instance) are
+/// of the whole run. Throws SceneError for a damaged file, std::system_error.
 std::string join_targets(const std::filesystem::path& folder, const RunParts& parts,
                          const std::string& sonar, std::span<const ObjectVisibility> visibility,
                          const std::map<std::uint32_t, TargetSights>& sights);

@@ -39,7 +39,8 @@ void use_survey_recorder(ReceiverOptions& receiver) {
 
 // The levels of two recordings ripple over the angle (bench/realism/ripple.py): by 3.4 and 2.8 dB
 // on the sides of one, by 0.4 and 0.9 dB on the sides of the other. These are bands along the track
-// that follow the altitude. An echo has the ripple of the beam twice. A measured beam has its own.
+// that follow the altitude. An echo has the ripple of the beam twice. A measured beam already has
+// its ripple.
 void use_survey_beam(VerticalPattern& vertical) {
   if (!vertical.file.empty()) return;
   vertical.ripple_db = 1.0;
@@ -47,8 +48,8 @@ void use_survey_beam(VerticalPattern& vertical) {
 }
 
 // Turbid coastal water at some hundred kilohertz. Both numbers were chosen by the water columns of
-// two recordings (bench/realism): these have single bright points, and about as many per volume of
-// a cell near one of the sonars.
+// two recordings (bench/realism). Both water columns have single bright points. In one of them,
+// near the sonar, the levels fit about this number of scatterers per m^3.
 void use_survey_water(Scene& scene) {
   scene.arrivals.volume = true;
   scene.sea.state.volume_scattering_db = -55.0;

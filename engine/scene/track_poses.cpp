@@ -178,8 +178,8 @@ class TrackBuilder {
   }
 
   /// Sets heights by a first-order servo on the altitude with a limited climb; between pings the
-  /// vehicle moves straight. Over a hole it follows the last known bed, or the first one if none is
-  /// before.
+  /// vehicle moves straight. Over a hole it follows the last known bed, or the first known bed if
+  /// there is none before the hole.
   void follow_bed() {
     std::vector<Pose>& poses = flight_.poses;
     double bed_m = *std::ranges::find_if(bed_m_, [](double z) { return !std::isnan(z); });

@@ -23,8 +23,8 @@ struct TileFile {
 };
 
 /// Whether a bed has to be made in tiles: a generated bed that is too large for one Fourier
-/// transform, or a survey of more than 2^26 points (with detail: 2^28) that has nothing that a
-/// survey in tiles cannot have. Throws what read_survey_header() throws.
+/// transform, or a survey of more than 2^26 points (with detail: 2^28), unless it has something
+/// that a survey in tiles cannot have. Throws what read_survey_header() throws.
 bool needs_tiles(const SeafloorOptions& options);
 /// Throws std::invalid_argument, with what to do, for a bed that needs tiles.
 void require_at_once(const SeafloorOptions& options);

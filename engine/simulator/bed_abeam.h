@@ -16,10 +16,11 @@ struct BedAbeam {
 /// Measures the bed at places abeam of a sonar, within its range. height_m: height of the sonar
 /// over the bed straight below. highest_m: no bed is higher.
 ///
-/// For the nearest range, one place in each half octave of distance is measured, at the far end;
-/// its bed is taken to begin at the near end. So the range is up to 30 % too short, and hardly ever
-/// too long. A bed that is nearer by less than one step of RayLayouts is ignored, because the
-/// layout would hardly change. For the rise, one place in each quarter octave is measured.
+/// For the nearest range, one place is measured at the far end of each half octave of distance. The
+/// bed at this place is taken to begin at the near end of the half octave. So the range is up to 30
+/// % too short, and hardly ever too long. A bed that is nearer by less than one step of RayLayouts
+/// is ignored, because the layout would hardly change. For the rise, one place in each quarter
+/// octave is measured.
 BedAbeam look_abeam(const Pose& pose, const Sonar& sonar, double height_m, double highest_m,
                     BedHeight& bed);
 

@@ -94,7 +94,8 @@ struct PartWork {
 /// Pings parts of a scene's track, in aligned blocks over threads (0: one per core of the machine),
 /// by simulators that share the seafloor of this one. The images of a part exist from its first
 /// ping until finished() returns; at most one part per thread and one more exist at a time. The
-/// neighbours of a part are pinged after it and do not count. Throws as
+/// smoothing of a part's pictures needs the pings before and after the part. These pings are made
+/// after the part and are not counted. Throws as
 /// Simulator::ping_numbered(), and what PartWork throws.
 void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
                 const PartWork& work);

@@ -39,9 +39,9 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
   for (std::string& warning : warnings_of(material, *backscatter, sonar.frequency_hz))
     add_once(warnings, std::move(warning));
   // Near the vertical, the rays of a plane are a quarter of a degree apart, and planes are often
-  // farther apart. They would miss a narrower lobe, or one hit in it would stand for a whole cell.
-  // (Solids have glints instead.) With a lobe of 1.25 times the distance of planes, the sum over
-  // few planes is nearest to the integral.
+  // farther apart. The rays would miss a lobe that is narrower than these distances, or one hit in
+  // the lobe would stand for a whole cell. (Solids have glints instead.) With a lobe of 1.25 times
+  // the distance of planes, the sum over few planes is nearest to the integral.
   const double apart_rad = planes_apart_rad(sonar, bed_sound_speed_mps / sonar.frequency_hz);
   const double resolved_rad = std::max(0.5 * degree, 1.25 * apart_rad);
   return scatter::BackscatterTable(*backscatter, as_solid(material) ? 0.0 : resolved_rad);

@@ -99,7 +99,7 @@ std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Tri
 /// Checks of the contract's preconditions, for back-ends to call: check_vertices throws
 /// refine::MeshError, the others throw std::invalid_argument. check_fan also requires unit
 /// vectors in the fan's frame and sines and cosines within 1 in its grid, so that no ray needs a
-/// check of its own (a grid is checked once); check_vertices reads the vertices that faces use.
+/// separate check (a grid is checked once); check_vertices reads the vertices that faces use.
 void check_ray(const Ray& ray);
 void check_frame(const RayFan& fan);
 void check_grid(const FanGrid& grid);

@@ -54,12 +54,12 @@ struct FanLayout {
 /// of planes covers it: a wider beam means a nearer bed, which changes less over the same angle.
 /// Beyond the main beam the spacing grows further.
 ///
-/// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
-/// bed, on both sides of nadir, so that every bin gets rays; 15 % even in range beyond that, in
-/// case the bed rises; 20 % even in angle, for walls, hulls and nadir. Where the bed comes up above
-/// the sonar, 45 % are even in range over a slope that reaches as high at the end of the range, and
-/// 35 % over a flat bed. Where rays bend, ranges are those of the bent rays. The first and the last
-/// ray are at the ends of the sector.
+/// Elevations are at equal steps of the distribution of a mixture. 65 % are even in slant range
+/// over a flat bed, on both sides of nadir, so that every bin gets rays. 15 % are even in range
+/// beyond that, in case the bed rises. 20 % are even in angle, for walls, hulls and nadir. Where
+/// the bed rises above the sonar, 45 % are even in range over a slope that reaches the height of
+/// the bed at the end of the range, and 35 % over a flat bed. Where rays bend, ranges are those of
+/// the bent rays. The first and the last ray are at the ends of the sector.
 struct FanGrid {
   explicit FanGrid(const FanLayout& layout);
 

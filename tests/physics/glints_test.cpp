@@ -373,7 +373,9 @@ TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's inte
                                       sonar, range_m),
                               sonar);
   };
-  // 2 a^2 b^2 / lambda^2 from the middle, and that of a corner whose mirror is narrower.
+  // The echo of a square corner, seen from the middle direction, is 2 a^2 b^2 / lambda^2. From
+  // other directions, and for angles not quite 90 degrees, the mirror is narrower
+  // (double_bounce_m2()).
   CHECK(
       strength_db(height_m, height_m, 0.0, 0.0) ==
       Approx(scatter::to_db(2.0 * std::pow(height_m * height_m / wavelength_m, 2.0))).margin(0.3));
@@ -401,8 +403,8 @@ TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's inte
 
 TEST_CASE(
     "an open box shows its inner corner as two plates alone do, and a hidden one not at all") {
-  // The box's edge along the track is at the origin. The walls are the far wall, the near wall and
-  // the ends.
+  // The edge between the bottom and the far wall lies along the track, at the origin. `sides` has
+  // numbers: 0 is the bottom, 1 the far wall, 2 the near wall, 3 and 4 the ends.
   const auto box = [](double length_m, double width_m, double near_m, double far_m,
                       double depression_rad, std::initializer_list<int> sides, bool inside_out) {
     const auto w = static_cast<float>(width_m), h = static_cast<float>(0.5 * length_m);
@@ -450,7 +452,8 @@ TEST_CASE(
       const double db = strength_db(deep_box({0, 1, 2, 3, 4}), narrow, north_m);
       const double without_bottom_db = strength_db(deep_box({1, 2, 3, 4}), narrow, north_m);
       CHECK(std::max(db, -60.0) == Approx(std::max(without_bottom_db, -60.0)).margin(0.1));
-      // A near wall in front of the far one hides its glint, although rays pass below both.
+      // The near wall hides the glint of the far wall behind it, although rays pass below both
+      // walls.
       const auto upright_db = [&](std::initializer_list<int> sides) {
         const auto mesh = box(2.0, 1.0, 1.0, 1.0, 0.0, sides, inside_out);
         return std::max(strength_db(mesh, narrow, north_m), -10.0);

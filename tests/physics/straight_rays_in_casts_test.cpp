@@ -24,9 +24,9 @@ using namespace ensonify::tests;
 TEST_CASE("with straight rays the echo's spreading is right in water of constant gradient") {
   // In such water a wave from a point spreads over c_1 c_2 sinh^2(g t) / g^2 (the geometric mean of
   // the way out and the way back). The travel time t follows from cosh(g t) = 1 + g^2 s^2 / (2 c_1
-  // c_2), where s is the straight distance. The result is s^2 (1 + g^2 s^2 / (4 c_1 c_2)): it has no
-  // term of first order in the gradient g. The factor (c_bed / c_sonar)^2 has one, so it would be
-  // wrong here.
+  // c_2), where s is the straight distance. The result is s^2 (1 + g^2 s^2 / (4 c_1 c_2)): it has
+  // no term of first order in the gradient g. The factor (c_bed / c_sonar)^2 has one, so it would
+  // be wrong here.
   struct Case {
     double sonar_mps, bed_mps;
   };

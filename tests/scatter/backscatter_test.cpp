@@ -54,8 +54,9 @@ TEST_CASE("the bottom's strength is that of TR 9407, table 3") {
     std::array<double, 15> strength_db;
   };
   // Two cells of the table are left out, because the copies at hand seem to be misread there. They
-  // have -10.0 for rock at 40 degrees, where the equations give -10.59; and -61.5 for medium sand at
-  // 1 degree, where the equations give -61.26. The equations agree with the cells beside these two.
+  // have -10.0 for rock at 40 degrees, where the equations give -10.59; and -61.5 for medium sand
+  // at 1 degree, where the equations give -61.26. The equations agree with the cells beside these
+  // two.
   const Column columns[] = {{"rock",
                              sediment_named("handbook rock"),
                              30e3,

@@ -16,9 +16,9 @@ bool is_name_character(char character);
 /// wrong.
 std::optional<std::string> fault_of_name(std::string_view kind, std::string_view name);
 
-/// The names of a sonar's files begin with the sonar's name. Returns what is wrong with a name
-/// whose files would have the same names as those of another one of these sonars, or as a file of
-/// every run or sample; none if nothing is wrong.
+/// The names of a sonar's files begin with the sonar's name. If files of a sonar with this name
+/// would have the same names as files of another one of these sonars, or as a file that every run
+/// or sample has, returns what is wrong; none otherwise.
 std::optional<std::string> fault_of_file_names(std::string_view name,
                                                std::span<const Sonar> sonars);
 

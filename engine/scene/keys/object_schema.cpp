@@ -121,8 +121,9 @@ Section<ObjectOptions> made_object_section() {
           {"path_file", "", {}, "The path from a CSV file with the header row east_m,north_m.",
            at(&ObjectOptions::path_file)},
           {"sag_radius_m", "m", {0.01, 1e6},
-           "Its tension over its weight in water per metre: a free span of s m sags by s^2 / 8 "
-           "over this; unset: 1000 for a pipeline, 50 for a cable, 3 for a rope or chain.",
+           "Tension of the line divided by its weight in water per metre. A free span of s metres "
+           "sags by s^2 / (8 sag_radius_m). Unset: 1000 for a pipeline, 50 for a cable, 3 for a "
+           "rope or chain.",
            at(&ObjectOptions::sag_radius_m)},
           {"burial_spread", "", {0, 2},
            "Rms of the change of its burial along its path: sand covers parts of it. Where it would "

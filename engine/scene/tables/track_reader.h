@@ -29,11 +29,12 @@ struct LocalFrame {
 ///
 /// Also reads an XTF or JSF recording: the navigation of its pings (RecordedPing), with `utc_s`,
 /// and the headings of choose_headings(). Pings without a time or a place, and pings whose time is
-/// not later than that of all earlier pings, are left out, with a warning. A height or an angle
-/// that some of the other pings lack is interpolated between the pings that have it; it is not used
-/// if most pings lack it. There are the warnings of the recording, one for each such column, and
-/// one for each column that is not listed here but whose name resembles a height or an angle. In
-/// messages about a recording, the number after the file's name is the ping's.
+/// not later than that of all earlier pings, are left out, with a warning. If some of the other
+/// pings lack a height or an angle, it is interpolated between the pings that have it. If most
+/// pings lack it, it is not used. In both cases there is a warning. There are also the warnings of
+/// the recording, and a warning for each column that is not listed here but whose name resembles a
+/// height or an angle. In messages about a recording, the number after the file's name is the
+/// ping's.
 ///
 /// Latitudes and longitudes are projected onto the seabed's map if its UTM zone or coordinate
 /// reference system is known. Otherwise, if the track options have an origin, they are projected

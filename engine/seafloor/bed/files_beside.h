@@ -7,9 +7,9 @@ namespace ensonify::engine {
 
 /// The files beside a raster that GDAL opens without being asked. This class finds them by their
 /// names and checks them before GDAL opens them. Each must be a regular file (GDAL would wait on a
-/// named pipe without end) of a limited size, in the raster's folder or below it; a link must also
-/// lead there. A mask and overviews must be TIFF files, because GDAL would take any format, also
-/// formats that name other files and hosts.
+/// named pipe without end) of a limited size, in the raster's folder or below it. If the file is a
+/// link, its target must lie there, too. A mask and overviews must be TIFF files, because GDAL
+/// would take any format, also formats that name other files and hosts.
 class FilesBeside {
  public:
   /// Finds no files beside a file that is no raster or cannot be opened. Throws refine::MeshError

@@ -96,8 +96,8 @@ void interpolate(const Heightfield& coarse, const Parts& parts, Heightfield& win
 /// The power that a sampled and interpolated field lacks, compared with a fractal field of spectrum
 /// Phi. Sampling folds Phi into the band of the grid's wavenumbers. Interpolation repeats this band
 /// outside, multiplied by the response T of the interpolation: the power at k is T^2 (Phi(k0) + the
-/// rest that was folded onto k0), where k0 is the folded k. The rest is even and has no poles, so
-/// it is stored in a table.
+/// rest), where k0 is the folded k, and the rest is what was folded onto k0 from outside the band.
+/// The rest is an even function of k0 without poles, so it is stored in a table.
 class Missing {
  public:
   Missing(const FractalScale& scale, double cell_east_m, double cell_north_m)

@@ -13,8 +13,9 @@ class OGRSpatialReference;
 
 namespace ensonify::engine {
 
-// Only formats that keep the heights in one file, because other formats (WMS) can name other files
-// and hosts. A VRT is opened only after everything that it names is checked.
+// These formats keep the heights in one file. Other formats, such as WMS, can name other files and
+// hosts, so GDAL may not open them here. A VRT is opened only after everything that it names is
+// checked.
 inline constexpr std::array<const char*, 5> survey_drivers = {"GTiff", "BAG", "AAIGrid", "netCDF",
                                                               nullptr};
 
@@ -33,16 +34,18 @@ struct SeafloorFile {
 };
 /// The kind of a file: by its first bytes, or a mesh by its name. Unset for soundings and others.
 std::optional<SeafloorFile> seafloor_file(const std::filesystem::path& file);
-/// The message "FILE: is a mesh, expected WANTED; ...", which also says how a scene takes the file.
+/// The message "FILE: is a mesh, expected WANTED; ...", which also states the keys with which a
+/// scene uses such a file.
 std::string fault_of_kind(const std::filesystem::path& file, const SeafloorFile& found,
                           std::string_view wanted);
 /// A coordinate reference system as WKT; empty if GDAL cannot write it.
 std::string wkt_of(const OGRSpatialReference& reference);
 
-/// The source files of a VRT mosaic. A mosaic may only join local files. Throws refine::MeshError
-/// if the VRT makes GDAL do anything else (fetch, call functions, warp, open other mosaics), and
-/// for sources that are not in the formats of surveys or not in the mosaic's folder or below it.
-/// GDAL's drivers must be registered.
+/// The source files of a VRT mosaic. GDAL's drivers must be registered. Throws refine::MeshError in
+/// these cases: the VRT makes GDAL do anything other than join local files (fetch, call functions,
+/// warp, open other mosaics); a source is not a GeoTIFF, BAG, ESRI ASCII grid or netCDF file; a
+/// source is a BAG of variable resolution; a source is missing, or outside the mosaic's folder and
+/// the folders below it; a source could make GDAL open another file.
 std::vector<std::filesystem::path> files_of_mosaic(const std::filesystem::path& file);
 
 /// The text of a VRT with which GDAL reads the heights of an .npy file in place. The file has an

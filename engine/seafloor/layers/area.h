@@ -61,9 +61,9 @@ struct AreaGround {
 /// without a point of a whole grid, and refine::MeshError for files that are unreadable or unfit.
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
 
-/// The message that no point of a grid can be in the polygons and the disc of an area; empty if one
-/// may be. The grid needs no heights. For an area with a ragged border only the bounding box is
-/// tested. Throws what area_mask() throws.
+/// The message that no point of a grid can be in the polygons and the disc of an area; empty if a
+/// point may be in them. The grid needs no heights. For an area with a ragged border only the
+/// bounding box is tested. Throws what area_mask() throws.
 std::string fault_of_place(const Area& area, const Heightfield& grid);
 
 /// A mask whose borders rise from 0 to 1 over a width: means of the mask over about this width.

@@ -29,8 +29,8 @@ constexpr double closed_share = 0.8;  // share of closed joints in the second se
 constexpr double crooked = 6.0;       // distance of joints from a straight line / roughness there
 
 /// The blocks of a bed between two sets of joints. The joints of the first set are unbroken and run
-/// about across the dip, as ledges do. The joints of the second set end at the first set, and most
-/// of them are closed. The class keeps the last block, because the next place is often in it.
+/// roughly across the dip, as ledges do. The joints of the second set end at the first set, and
+/// most of them are closed. The class keeps the last block, because the next place is often in it.
 class Joints {
  public:
   Joints(double spacing_m, double dip_heading_rad, const LayerDraws& draws)

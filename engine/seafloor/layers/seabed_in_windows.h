@@ -38,10 +38,10 @@ std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,
                                             const std::string& material);
 
 /// A bed with its layers, made in windows. Heights and kinds are those that lay_seabed() makes for
-/// the whole bed, with three exceptions: a share of an area is right on average only, roughness has
-/// other heights with the same statistics, and features have no numbers. Kinds are indices into
-/// possible_kinds(). Only the size of the grid and its origin are used. The returned function
-/// throws what lay_seabed() throws.
+/// the whole bed, with three exceptions: the share of the ground that an area covers is right only
+/// on average, roughness has other heights with the same statistics, and features have no numbers.
+/// Kinds are indices into possible_kinds(). Only the size of the grid and its origin are used. The
+/// returned function throws what lay_seabed() throws.
 refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::HeightTiles::Heights bed,
                                          const SeabedOptions& options, const std::string& material,
                                          std::uint64_t seed);

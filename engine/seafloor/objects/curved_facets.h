@@ -28,13 +28,13 @@ struct FacesInParts {
 /// the bends of the flat parts.
 ///
 /// Where a smooth surface continues behind an edge, the normal at the edge is between the normals
-/// of the two flat parts. An exception is a flat part of several faces that is three times as long
-/// across the edge as its neighbour: it is straight up to the edge, as the side of a box with
-/// rounded edges or a cylinder with round ends. The normals at the corners of triangles follow Max
-/// (J. Graphics Tools 4, 1, 1999), which is exact for vertices on a sphere. At a corner of a
-/// straight part they are the normals of straight parts. These normals and the curvatures are moved
-/// towards those of a quadric through the vertices around the corner, if the vertices lie close to
-/// a quadric.
+/// of the two flat parts. There is one exception. A flat part of several faces that is more than
+/// three times as long across the edge as its neighbour is straight up to the edge. Examples are
+/// the sides of a box with rounded edges, and of a cylinder with round ends. The normals at the
+/// corners of triangles follow Max (J. Graphics Tools 4, 1, 1999), which is exact for vertices on a
+/// sphere. At a corner of a straight part, only the faces of straight parts count for the normal.
+/// Other normals, and the curvatures, are moved towards the normals and curvatures of a quadric
+/// through the vertices around the corner, if the vertices lie close to a quadric.
 CurvedFacets curved_facets(const FacesInParts& faces, std::vector<BentEdge> edges,
                            std::span<FlatPart> flat_parts, const std::function<void()>& stop_check);
 

@@ -40,10 +40,11 @@ void BuriedEchoes::find(const BuriedGroup& group, std::vector<ObjectEcho>& facet
   }
 }
 
-/// The way to a place that lies depth_m under the bed's plane above a part. None if no sound
-/// enters, if next to nothing returns, or if the place is not under the bed. A bent ray enters the
-/// bed like the straight ray of a sonar at the apparent place of this sonar. The point of entry
-/// depends on the apparent place, and this place on the point, so both are found by iteration.
+/// The way to a place that lies depth_m under the bed's plane above a part. Returns nullopt if no
+/// sound enters, if almost nothing would return, or if the place is not under the bed. A bent ray
+/// enters the bed like the straight ray of a sonar at the apparent place of this sonar. The point
+/// of entry depends on the apparent place, and the apparent place depends on the point of entry, so
+/// both are found by iteration.
 std::optional<BuriedEchoes::Way> BuriedEchoes::way_into_bed(const Vector3d& away, double depth_m,
                                                             const BuriedPart& part) const {
   const std::uint16_t material = sight_.labels()[sight_.labels().label_of(part.bed_face)].sediment;

@@ -13,10 +13,10 @@
 namespace ensonify::engine {
 
 /// The echoes of things in the bed: engine/sonar/README.md, "Buried things". Flat parts return
-/// sound as if they lay at the range sqrt(J), with J the geometric mean of the spreading of both
-/// ways. How much is seen follows from the rays next to the ray to the place where the sound enters
-/// the bed. A bent ray enters the bed like the straight ray that arrives there in the same
-/// direction with the same spreading.
+/// sound as if they lay at the range sqrt(J), where J is the geometric mean of the spreading on the
+/// way down and on the way back. How much of a thing is seen follows from the rays next to the one
+/// that leads to where the sound enters the bed. A bent ray enters the bed like the straight ray
+/// that arrives there in the same direction with the same spreading.
 class BuriedEchoes {
  public:
   /// All arguments must outlive this.

@@ -306,8 +306,8 @@ void EchoFormer::absorb_over_depth() {
 }
 
 /// The kernel computed bent rays as straight rays. Replaces spreading, absorption, grazing angle
-/// and place by those of the bent rays, and the changes of the last two over a piece. (gain_
-/// absorbs over the range that their travel time stands for.)
+/// and place by those of the bent rays. Also replaces the changes of grazing angle and place over a
+/// piece. (gain_ absorbs over the range that their travel time stands for.)
 void EchoFormer::correct_bent_rays() {
   const FanGrid& grid = *view_.fan->grid;
   for (std::size_t i = 0; i < pieces_.count; ++i) {
@@ -378,8 +378,8 @@ double EchoFormer::nearer_m(double range_m, double drift) const {
 }
 
 /// The factor that corrects the absorption of a sweep's echo. gain_ has the absorption for the
-/// range of the bin. Half the path out and back is longer than that, by closing_shift_m_ times the
-/// drift.
+/// range of the bin. Half of the path out and back is longer than the range of the bin, by
+/// closing_shift_m_ times the drift.
 double EchoFormer::absorbed_beyond_bin(double drift) const {
   constexpr double nepers_per_db = 0.1 * std::numbers::ln10;
   const double x = -2.0 * nepers_per_db * absorption_db_per_m_ * closing_shift_m_ * drift;

@@ -26,8 +26,7 @@ namespace ensonify::engine {
 /// shifts it in range by r v / c. The echo of a sweep is nearer still (Pulse::closing_shift_s). Its
 /// energy, truth and shadows are at the shifted range. The bins are then convolved with the pulse's
 /// energy response. The truth is not convolved: a bin has the truth of the places at its range.
-/// With a CW pulse, these are the farthest places from which its energy comes; other places are up
-/// to c T / 2 nearer.
+/// With a CW pulse, the energy of a bin also comes from places that are up to c T / 2 nearer.
 ///
 /// Objects have further echoes: see ObjectEchoes. A glint is steady, and the length of its path
 /// gives its phase. Glints interfere while their pulses overlap (SteadyField).

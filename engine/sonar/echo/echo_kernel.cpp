@@ -296,10 +296,10 @@ void add_slope_of_beam(const PieceGeometry& pieces, const PieceEchoes& out) {
   }
 }
 
-// Computes where pieces meet, and finds the pieces that may break off. Two facets that meet between
-// rays are no farther apart in range than one of them runs from ray to ray; twice that is allowed,
-// for the small facets that may lie between. This is enough if the places of two rays are no
-// farther apart than two bins. SurfaceWalk looks at the others.
+// Computes where pieces meet, and finds the pieces that may break off. If two facets meet between
+// two rays, their ranges differ by no more than the range changes along one of the facets from ray
+// to ray. Twice this change is allowed, because small facets may lie between them. This is enough
+// if the places of two rays are no farther apart than two bins. SurfaceWalk looks at the others.
 std::size_t find_breaks(const PieceKernelArgs& in, const PieceEchoes& out) {
   const PieceGeometry& pieces = in.pieces;
   std::size_t count = 0;

@@ -10,8 +10,8 @@ namespace ensonify::engine {
 
 // The inner loops of an echo, compiled once for each kind of vector register. They take plain
 // arrays, because they must share no inline function with the rest of the program. All targets do
-// the same operations on each number, fused ones included: the results are the same to the last
-// bit.
+// the same operations on each number, also the same fused operations, so the results are the same
+// to the last bit.
 //
 // A piece is a few neighbouring rays of one plane of a fan that hit one face. Pieces come as
 // columns, one value per piece. The names that end in `_rad` and `_m` are in radians and metres.

@@ -56,12 +56,12 @@ double reach_of(double length_m, double wavelength_m, double range_m, double arr
 double array_length_m(const GlintBeam* beam) { return beam ? beam->array_m : 0.0; }
 
 /// I_1 I_2 for an ellipse with the half axes a and b, whose normal is inclined by t and by s in
-/// their directions, m^4. It is a unit disc in (p, w) if u = a (c p - d w) and v = b (d p + c w);
-/// with (c, d) = (a t, b s) / n the inclination is along p alone: u t + v s = n p, and u^2 + v^2 =
-/// A p^2 + 2 B p w + G w^2. With chords across it, p = cos q: |a b integral over q of exp(i k ((A -
-/// B^2 / G) p^2 / r - 2 n p)) C sin q dq|^2, C = the integral of exp(i k G (w + p B / G)^2 / r)
-/// over w from -sin q to sin q. The integrand is even and periodic in q, so that the midpoint rule
-/// is exact once its steps resolve the phase.
+/// their directions, m^4. With u = a (c p - d w) and v = b (d p + c w), the ellipse is a unit disc
+/// in (p, w). With (c, d) = (a t, b s) / n the inclination is along p alone: u t + v s = n p, and
+/// u^2 + v^2 = A p^2 + 2 B p w + G w^2. The disc is divided into chords at p = cos q. Then I_1 I_2
+/// is |a b integral over q of exp(i k ((A - B^2 / G) p^2 / r - 2 n p)) C sin q dq|^2, where C is
+/// the integral of exp(i k G (w + p B / G)^2 / r) over w from -sin q to sin q. The integrand is
+/// even and periodic in q, so that the midpoint rule is exact once its steps resolve the phase.
 double ellipse_power_m4(const MirrorExtent& one, const MirrorExtent& other, double wavelength_m) {
   const double range_m = one.range_m, k = 2.0 * pi / wavelength_m;
   const double a = one.length_m * inv_sqrtpi, b = other.length_m * inv_sqrtpi;

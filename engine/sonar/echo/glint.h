@@ -28,27 +28,28 @@ namespace ensonify::engine {
 //
 //     sigma = A / 4 W,
 //
-// R1 R2 / 4 for the radii R1 and R2 far away, a^2 / 4 for a sphere, and a mirror's r^2 / 4 at most.
-// W / A contains the Gaussian curvature in the middle of the triangle; the curvature changes
-// towards the corners. Neighbouring facets share corners, so that only one of them has the glint. A
-// strip has the glint on a straight line, if the sonar is between the two planes that contain the
-// strip's sides and the normals there. With the width w there and the distance g from one plane to
-// the sonar and on to the other plane, a strip has
+// which is R1 R2 / 4 far away for the radii R1 and R2, a^2 / 4 for a sphere, and at most r^2 / 4,
+// the value of a mirror. W / A contains the Gaussian curvature in the middle of the triangle; the
+// curvature changes towards the corners. Neighbouring facets share corners, so that only one of
+// them has the glint. A strip has the glint on a straight line, if the sonar is between the two
+// planes that contain the strip's sides and the normals there. With the width w there and the
+// distance g from one plane to the sonar and on to the other plane, a strip has
 //
 //     sigma = |integral over the line of sqrt(r w / 2 lambda g) exp(i k (z - r t)^2 / r) dz|^2,
 //
-// a L^2 / (2 lambda) for a cylinder far away, a r / 4 near it. (Urick's a r / 2 is for plane waves;
-// the waves of a sonar are curved by 1 / r.) The focusing by a hollow surface is left out.
+// which is a L^2 / (2 lambda) for a cylinder far away, and a r / 4 near it. (Urick's a r / 2 is for
+// plane waves; the waves of a sonar are curved by 1 / r.) The focusing by a hollow surface is left
+// out.
 //
-// This holds for short waves. Where k times the smaller radius is below 20, both sigma are replaced
-// by those of a rigid sphere or a long rigid cylinder by their modes (scatter/rigid_body.h): up to
-// 4 dB less from 1 to 2, Rayleigh's limit far below. The curvature at the place decides, as if the
-// whole body had it.
+// Both sigma hold for short waves. Where k times the smaller radius is below 20, they are replaced
+// by the sums over the modes of a rigid sphere or of a long rigid cylinder (scatter/rigid_body.h).
+// If k times the radius is from 1 to 2, the sums are up to 4 dB less; far below 1 they have
+// Rayleigh's limit. The radii are those at the place of the glint, as if the whole body had them.
 //
-// Two flat parts in a right angle send sound back to where it came from, by way of both. In the
-// plane across their edge, with the angles g_i to the flat parts, which extend w_i from the edge,
-// they are a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar. Along
-// the edge they are like a flat part. So, far away, a corner has
+// Two flat parts in a right angle send sound back to where it came from, by way of both. Let the
+// flat parts extend w_i from their common edge, and let the sonar be at the angle g_i to each of
+// them. In the plane across the edge, they are a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin
+// g_2) that faces the sonar. Along the edge they are like a flat part. So, far away, a corner has
 //
 //     sigma = W^2 L^2 / lambda^2,
 //

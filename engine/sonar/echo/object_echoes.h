@@ -32,11 +32,12 @@ struct ObjectSurfaces {
 /// their energies, the pieces of a plane surface add their fields. Pieces that are an eighth of a
 /// pulse apart or more are separate glints, because their pulses overlap less.
 ///
-/// Walls are the flat parts within 30 degrees of upright, which mirror the bed in front of them
-/// (OtherPaths), by straight lines.
+/// Walls are the flat parts within 30 degrees of upright. They mirror the bed in front of them
+/// (OtherPaths), which is computed along straight lines.
 ///
 /// For bent rays, a flat part has the echo of a flat part at the range sqrt(J), in the direction in
-/// which the sound arrives. Here J is the geometric mean of the ray's spreading on both ways.
+/// which the sound arrives. Here J is the geometric mean of the ray's spreading on the way out and
+/// on the way back.
 class ObjectEchoes {
  public:
   /// All arguments must outlive this.

@@ -192,11 +192,12 @@ double ObjectSight::apart_m(const FanPlace& place, double time_range_m) const {
              grid.sin_elevation[around.ray + 1] - grid.sin_elevation[around.ray]);
 }
 
-/// The share of the sound that reaches a place of an object (own), or of the bed (null): of the
-/// four rays around the place, the weight of the rays from which nothing hides the place, divided
-/// by the weight of the traced rays. If all four meet one other object, the place is hidden if it
-/// lies behind the plane through their hits. With the weights w_i and directions u_i of the rays,
-/// this plane is at 1 / r = sum(w_i / r_i) / |sum(w_i u_i)|.
+/// The share of the sound that reaches a place of an object (own), or of the bed (null). Each of
+/// the four rays around the place has a weight. The share is the weight of the rays in whose
+/// direction nothing hides the place, divided by the weight of the traced rays. If all four meet
+/// one other object, the place is hidden if it lies behind the plane through their hits. With the
+/// weights w_i and directions u_i of the rays, this plane is at 1 / r = sum(w_i / r_i) / |sum(w_i
+/// u_i)|.
 double ObjectSight::seen_share(const FanPlace& place, double time_range_m,
                                const OwnPlace* own) const {
   const FanGrid& grid = *fan().grid;
@@ -228,9 +229,9 @@ double ObjectSight::seen_share(const FanPlace& place, double time_range_m,
   return traced > 0.0 ? seen / traced : 0.0;
 }
 
-/// The place, and how much of it is seen. The rays to another place (shows_seen) decide this, or if
-/// rays of all planes do not reach that place, the rays nearest to it along the array. None if the
-/// place is not in the fan and its beam.
+/// The range of a place, and how much of the place is seen. The rays to another place (shows_seen)
+/// decide how much is seen. If the fan has no rays to shows_seen, the rays nearest to it along the
+/// array decide. None if the place is not in the fan and its beam.
 std::optional<ObjectSight::Sight> ObjectSight::sight_of(const Eigen::Vector3d& place,
                                                         const OwnPlace& shows_seen,
                                                         bool with_arrays) const {

@@ -17,9 +17,9 @@ namespace ensonify::engine {
 /// How the rays of a sonar's fan are laid out, and the samples of the beam that do not change from
 /// ping to ping.
 ///
-/// A ray stands for the azimuths about its plane that are nearest to it. Over these azimuths the
-/// beam is integrated with two Gauss points in each part, which is half a null wide, or wider where
-/// only the near field reaches.
+/// A ray stands for the azimuths about its plane that are nearest to it. These azimuths are divided
+/// into parts that are half a null wide, or wider where only the near field reaches. The beam is
+/// integrated with two Gauss points in each part.
 struct RayLayout {
   /// Rays [from, until) of a plane, by elevation, that are within the beam.
   struct Stretch {
@@ -47,10 +47,10 @@ struct RayLayout {
 /// and for one tilt of the sector (roll_tilt_rad()). Ratio and tilt decide only where rays lie
 /// close together; the meaning of a ray does not depend on them. drift_rad: the angle by which the
 /// receiver turns and moves until its echo is back. If the receiver's beam is narrower than the
-/// transmitter's, the fan has as many more planes. nearest_share: the range of the nearest thing,
-/// divided by the altitude. In the near field the beam is wider at that range than over the bed, so
-/// there are further planes on the outside. rise_rad: how far above the horizontal the bed reaches,
-/// 0 if not. bent: as in FanLayout.
+/// transmitter's, the fan has additional planes for this angle. nearest_share: the range of the
+/// nearest thing, divided by the altitude. In the near field the beam is wider at that range than
+/// over the bed, so there are further planes on the outside. rise_rad: how far above the horizontal
+/// the bed reaches, 0 if not. bent: as in FanLayout.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           const std::optional<Element>& element = {}, double roll_tilt_rad = 0.0,
                           double drift_rad = 0.0, double nearest_share = 1.0, double rise_rad = 0.0,
@@ -62,20 +62,22 @@ double planes_apart_rad(const Sonar& sonar, double wavelength_m);
 /// How far below the horizontal the abeam axis of a sector points at a pose: its tilt by roll.
 double roll_tilt_rad(const Pose& pose, const Sector& sector);
 
-/// The range of the rays. It ends a little beyond the last bin, because the pulse of a sweep
-/// reaches into the last bin from there, and its echoes from there may appear nearer.
+/// The range of the rays. It ends a little beyond the last bin, because the pulse of an echo from
+/// there still reaches into the last bin. While sonar and bed approach each other, echoes of a
+/// sweep also appear nearer than they are.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
 /// The fan of a sector at a pose. Its origin is the position rounded to floats (nearest_floats.h).
 RayFan place_fan(const RayLayout& layout, const Pose& pose, const Sector& sector, double range_m);
 
-/// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
-/// tilts within half a degree share one, so that steady pings make no new one. Nearest ranges
-/// within such a step share one, too; so do drifts within a quarter of the receiver's lobes, and
-/// heights above the horizontal within half the angle between the horizontal and a flat bed at the
-/// end of the range. Where rays bend, altitudes within 4 % and depths within 2 % of the altitude
-/// share the ranges of bent rays; each ping has a separate layout, whose rays follow the limits
-/// beyond which rays do not reach a level bed (LaunchLimits).
+/// The layouts of a sonar, made when they are first needed. Pings share one layout if these values
+/// lie in the same steps: the altitude and the nearest range in steps of 19 %, the tilt in steps of
+/// half a degree, the drift in steps of a quarter of the receiver's lobes, and rise_rad in steps of
+/// half the angle between the horizontal and a flat bed at the end of the range. So steady pings
+/// make no new layout. Where rays bend, pings share the ranges of bent rays if the altitude lies in
+/// one step of 4 % and the depth in one step of 2 % of the altitude. Each of these pings has a
+/// separate layout, whose rays follow the limits beyond which rays do not reach a level bed
+/// (LaunchLimits).
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m);
@@ -92,8 +94,8 @@ class RayLayouts {
                                       double nearest_m, double drift_rad, double rise_rad);
 
  private:
-  /// The layout of a ping, and its grid. A later ping takes them if nothing else holds them, so
-  /// that a steady ping allocates nothing.
+  /// The layout of a ping, and its grid. A later ping reuses them if nothing else holds them, so
+  /// that steady pings allocate no memory.
   struct Moved {
     std::shared_ptr<RayLayout> layout;
     std::shared_ptr<FanGrid> grid;
@@ -108,8 +110,9 @@ class RayLayouts {
   double reference_mps_ = 0.0;
   /// By steps of altitude, finer steps of altitude, and steps of depth.
   std::map<std::array<int, 3>, BentRanges> bent_;
-  /// By the element's sector; by steps of altitude, nearest range, tilt, drift and rise; and for
-  /// bent rays of depth and finer steps of altitude.
+  /// The key is the number of the sector (-1 if the sector has no element), then the steps of
+  /// altitude, nearest range, tilt, drift and rise. If rays bend, the steps of depth and the finer
+  /// steps of altitude follow; otherwise these two are 0.
   std::map<std::array<int, 8>, std::shared_ptr<const RayLayout>> made_;
   std::vector<Moved> moved_;
 };

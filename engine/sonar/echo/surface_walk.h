@@ -31,12 +31,14 @@ struct SectorView {
 /// what lies between their ranges. A surface that ends in the water (the next ray within the beam
 /// hits nothing) hides all behind it up to the range of the fan, or up to where the line of sight
 /// leaves the seafloor. So does a surface at the fan's upper edge, if that edge is level or looks
-/// up. Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small
-/// that rays step over them; then the bed continues between two that lie in one plane.
+/// up. Where a ray hits the back of a face, the surface has a hole, and there is no shadow. Facets
+/// may be so small that rays step over them. Then the bed continues between two facets that lie in
+/// one plane.
 ///
 /// An object hides the bed from the place where the rays below the object saw the bed last, because
 /// there is water between that place and a floating object. If only water is seen between a crest
-/// of the bed and an object above, the crest hides what lies behind, not the object.
+/// of the bed and an object above the crest, then the crest hides what lies behind them, and the
+/// object hides nothing.
 class SurfaceWalk {
  public:
   /// lowest and highest are the seafloor's bounds in x and y, local metres.

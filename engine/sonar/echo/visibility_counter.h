@@ -18,8 +18,8 @@ namespace ensonify::engine {
 ///
 /// A plane of the fan cuts an object's faces in segments, which cover intervals of the plane's
 /// rays. The union of these intervals is the rays that would meet the object if it were alone. An
-/// object of more than about 2000 faces is counted only every few pings, so that this costs a small
-/// part of a ping.
+/// object of more than about 2000 faces is counted only every few pings, so that counting takes
+/// only a small part of the time of a ping.
 class VisibilityCounter {
  public:
   /// The seafloor must outlive this.

@@ -28,11 +28,11 @@ struct PresetRow {
 // Sources. EdgeTech: frequencies, dual simultaneous linear FM chirps and the 4125's range at 600
 // kHz from the manual of the 4200 (0004842 rev. N, 1.3.2) and a survey report. Klein 3900:
 // frequencies from USGS Data Series 739. Klein 5000: frequency, five beams per side and the
-// receiver's bandwidth from its manual and NOAA. No document was found for the pulse lengths, the
-// source levels, and the beams and transmitter of the Klein 5000. Here the pulse lengths are those
-// of a setting for the longest range. The beams of the Klein 5000 are 0.2 m apart, which is its
-// resolution at 75 m. Its transmitter gives the outer beams half of its power at 15 m. presets.md
-// compares the reach of each preset with its range.
+// receiver's bandwidth from its manual and NOAA. No document was found for the pulse lengths, for
+// the source levels, and for the beams and the transmitter of the Klein 5000. Here each pulse
+// length is that of a setting for the longest range. The beams of the Klein 5000 are 0.2 m apart,
+// which is its resolution at 75 m. Its transmitter gives the outer beams half of its power at 15 m.
+// presets.md compares the reach of each preset with its range.
 // clang-format off
 constexpr std::array rows{
   // name, instrument,

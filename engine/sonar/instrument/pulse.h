@@ -80,11 +80,13 @@ struct SpeckleFilter {
   std::vector<float> taps;  ///< taps[d] is the weight of the bin d bins nearer
 };
 
-/// The filter of a sweep is even. The filter of a CW pulse is the pulse itself, a box behind the
-/// leading edge, if the pulse is a whole number of bins long. Otherwise it has the same number of
-/// taps and the pulse's correlation. So a bin sums as many scatterers as the pulse covers. In an
-/// even filter of this correlation, few scatterers would have most of the weight. Pulse, sound
-/// speed and bin must be positive.
+/// The filter of a sweep is even. The filter of a CW pulse has one side only. If the pulse is a
+/// whole number of bins long, the filter is the pulse itself: a box that begins at the leading
+/// edge. If the pulse is longer than 64 bins, the filter is a box of the nearest whole number of
+/// bins. Otherwise its number of taps is the pulse's length in bins, rounded up, and its
+/// autocorrelation is that of the pulse. So a bin sums as many scatterers as the pulse covers. An
+/// even filter with this autocorrelation would give most of the weight to few scatterers. Pulse,
+/// sound speed and bin must be positive.
 SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 }  // namespace ensonify::engine

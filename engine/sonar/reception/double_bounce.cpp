@@ -153,13 +153,14 @@ std::optional<DoubleBounce::WallOverBed> DoubleBounce::wall_over_bed(const LineC
 // and back. In the direction abeam let the wall be at the distance x, the array H above the bed,
 // and the normal of the wall turned away from the array by the angle a, to the side, and by t,
 // upwards. Sound that meets the wall z above the bed, at the depression g, tan g = (H - z) / x,
-// leaves it at the depression g' = g - 2 t and meets the bed z / tan g' before the wall, turned by
-// 2 a to the side. From there the array receives it. If the wall is wide, upright and faces the
-// sonar, the beams of the image and of the array overlap. If the wall is oblique, they separate,
-// and more so farther from the wall. If the wall is narrow, only a part of the image's beam passes
-// it. Along the track the image is blurred by the inclinations of the wall's surface, with the rms
-// slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda) has
-// the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
+// leaves it at the depression g' = g - 2 t, turned by 2 a to the side, and meets the bed at the
+// distance z / tan g' in front of the wall. From there the array receives it. If the wall is wide,
+// upright and faces the sonar, the beams of the image and of the array overlap. If the wall is
+// oblique, they separate, and more so farther from the wall. If the wall is narrow, only a part of
+// the image's beam passes it. Along the track the image is blurred by the inclinations of the
+// wall's surface, with the rms slope s by 2 s times the distance from the wall, and by diffraction:
+// sinc^2(L sin / lambda) has the peak and the integral of a Gaussian with the rms angle lambda /
+// (sqrt(2 pi) L).
 //
 // Seen from the bed, sound from the wall continues forwards, near the specular direction, turned by
 // 2 a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as in a

@@ -241,8 +241,9 @@ void OtherPaths::add_surface(const LineContext& context, const BeamPlane& plane,
 }
 
 // A bin receives a shell of water. The shell has no parts above the surface or below the bed. If
-// the sonar rolls, both vertical patterns are taken at the mean of their angles. The share that is
-// left of its beam along the track is taken in some directions only.
+// the sonar rolls, both vertical patterns are taken at the mean of their angles. The share of the
+// beam along the track that is left because the sonar moves (moved_share()) is computed in some
+// directions only.
 void OtherPaths::add_volume(const LineContext& context, double depth_m, double altitude_m,
                             const BeamPlane& plane, std::span<float> power,
                             std::vector<double>& random) const {
@@ -269,8 +270,8 @@ void OtherPaths::add_volume(const LineContext& context, double depth_m, double a
   };
   // The strengths of scatterers are exponentially distributed. So the sum of n of them has a gamma
   // distribution of the shape n, and the echo a K distribution (Abraham and Lyons, IEEE J. Oceanic
-  // Eng. 27, 800, 2002). They drift, and the beam leaves most of them before the next ping, which
-  // meets others.
+  // Eng. 27, 800, 2002). The scatterers drift, and the beam has left most of them before the next
+  // ping, which meets other scatterers.
   const double received_m = this->received_m();
   const bool few = !scatterers_.empty();
   const auto received_at = [&](std::size_t n) {

@@ -42,8 +42,8 @@ struct ArrayFrame {
 ///
 /// On a ground with patches (TexturedGround), a scatterer's strength is multiplied by the strength
 /// of its patch, whose mean is 1. Then the variance of a bin is the mean of its patches' strengths
-/// over the beam, and its mean over all ground is 1. On objects the height counts as a way over
-/// patches, too, because a wall lies over hardly any ground.
+/// over the beam, and its mean over all ground is 1. On objects, a change of height counts like a
+/// horizontal distance over patches, because a wall lies over hardly any ground.
 class Scatterers {
  public:
   /// reference_heading_rad: heading of most pings. farthest_m: farthest range of width_m_at(); at

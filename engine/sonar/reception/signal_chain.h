@@ -47,7 +47,7 @@ struct ChainOptions {
   std::function<void()> stop_check = {};  ///< called often in the constructor; may throw to end it
 };
 
-/// From the expected echo to the recorded samples, for all sectors of a sonar together.
+/// Makes the recorded samples from the expected echo, for all sectors of a sonar together.
 ///
 /// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each bin
 /// has the expected mean intensity; plus complex noise of the sea, of the receiver and of

@@ -248,8 +248,9 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 /// Octaves of lattice noise: skewed numbers at the corners, interpolated. The mean of each corner's
 /// exponential is taken out, so that the factor's mean is 1 everywhere. Each octave is shifted by
 /// the finer octaves. This makes the edges of its cells ragged at all scales, like the edges of
-/// patches of sediment. Its numbers do not depend on the finer octaves, so the mean stays 1. Its
-/// lattice is turned against theirs, so that no direction of a lattice is visible.
+/// patches of sediment. The numbers of an octave do not depend on the finer octaves, so the mean
+/// stays 1. The lattices of the octaves are turned against each other, so that no direction of a
+/// lattice is visible.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m, float grazing_rad) const {
   const LnMeanExp& ln_mean_exp = made_once<made_ln_mean_exp>();
   const float share = at_angle(kind, grazing_rad).variation;

@@ -24,11 +24,11 @@ namespace ensonify::engine {
 ///
 ///   sum w w' C / (sum w)^2
 ///
-/// of a patch's variance, where C is the share in which two places lie on one patch: 1 - d / side
-/// at the distance d. So the echo has the second moment of the ground, for bins of any length. It
-/// is within 2 % where the array lies along the patches' grid. Turned by 45 degrees against it, it
-/// is up to 17 % too large where the scatterers lie as far apart along the array as patches, and
-/// elsewhere within 8 %.
+/// of a patch's variance. Here C is the probability that two places at the distance d lie on one
+/// patch, 1 - d / side. So the echo has the second moment of the ground, for bins of any length.
+/// The moment is within 2 % if the array lies along the patches' grid. If the array is turned by 45
+/// degrees against the grid, the moment is up to 17 % too large where the scatterers lie as far
+/// apart along the array as patches, and elsewhere within 8 %.
 class TexturedGround {
  public:
   /// Places at even steps of slant range, each with its part in the power of an echo.

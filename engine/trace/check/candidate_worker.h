@@ -44,8 +44,8 @@ struct HeightCandidate {
 };
 
 /// One thread's instances of all candidates. Each comparison adds one count per candidate to
-/// `tallies`. `number` is that of the item of work: it selects the first ray of candidates that
-/// trace every n-th one.
+/// `tallies`. `number` is the number of the item of work. It selects the first ray for candidates
+/// that trace only every n-th ray.
 class CandidateWorker {
  public:
   /// All must outlive this. `reference` is exact and answers lists of rays. A worker locks `large`

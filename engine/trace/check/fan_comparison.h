@@ -58,7 +58,7 @@ struct ExpectedHits {
 /// Compares the answers of one intersector with the reference's and counts the verdicts. An answer
 /// is also unexplained if Hit::index does not lead to the face; if the run that the echo gets does
 /// not match the hit; and, unless the intersector computes in float, if its bits differ from those
-/// with static faces. One thread at a time.
+/// of the answer with static faces. One thread at a time.
 class FanComparison {
  public:
   /// The judge must outlive this.

@@ -25,10 +25,10 @@ inline constexpr std::array verdict_names{"same", "tie",      "end",        "edg
                                           "leak", "coplanar", "unexplained"};
 
 /// Judges answers about rays through triangles. "Rounding" and "reach" bound what float arithmetic
-/// may do to a sound answer. Let e be 2^-24, r the distance to the hit and M the largest number in
-/// the computation, in metres: the largest coordinate of the ray's origin relative to the middle of
-/// the mesh, plus the face's largest coordinate relative to the ray's origin, plus half the mesh's
-/// size. (The back-end's own origin is at the mesh.)
+/// may do to a correct answer. Let e be 2^-24, r the distance to the hit and M the largest number
+/// in the computation, in metres: the largest coordinate of the ray's origin relative to the middle
+/// of the mesh, plus the face's largest coordinate relative to the ray's origin, plus half the
+/// mesh's size. (The back-end's own origin is at the mesh.)
 ///
 /// Rounding: float moves the ray, or the face, sideways by about e M. Edge functions divide that by
 /// the face's area as the ray sees it, N.d with N = (b-a)x(c-a). So t, u and v are those of a point

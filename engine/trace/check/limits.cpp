@@ -8,8 +8,8 @@ namespace {
 // A row with fewer rays is treated as one with this many, because a share of few rays is mostly
 // chance. The 600 rays or so of an aimed fan pass the same faces, so that one class may have a
 // large part of them; 10,000 rays are some 16 fans. One ray is always allowed where the limit is
-// above 0: with the largest share of edges in a scene, 8e-6, 10,000 rays have two or more in 3 of
-// 1000 rows.
+// above 0. With the largest share of edges in a scene, 8e-6, two or more of 10,000 rays are edges
+// in 3 of 1000 rows.
 constexpr std::uint64_t few_rays = 10000;
 
 /// Limits with these shares, for the first counts of `all`.
@@ -33,15 +33,16 @@ constexpr std::array<Limit, size> table(const double (&shares)[size]) {
 
 }  // namespace
 
-// Sound back-ends needed at most these shares at 2e5 rays on ripples, clutter, mines and rocky. In
+// Correct back-ends had at most these shares at 2e5 rays on ripples, clutter, mines and rocky. In
 // float, on a scene's own rays and with bodies: tie 4e-5, edge 8e-6, coarse 8e-5; on aimed rays:
 // tie 0.31, end 0.07, edge 0.05, leak 0.0015, coplanar 0.05, coarse 0.14, unlike_static 0.011. In
 // double, on a scene's own rays: nothing; on aimed rays: tie 0.05, end 2e-5, edge 1.5e-4. All
 // others were 0. The limits leave a margin, from twice to some hundred times, for other scenes;
 // aimed rays meet edges, corners and their own ends on purpose. Overlaps have no limit: where two
 // faces lie in one plane, as the tops of boxes in a heap, rounding decides for every ray. Bent rays
-// have the same limits with every intersector, because few of them ask it: of 1.2 million
-// (refracted_agreement_test.cpp) at most 5e-4 of a scene's were ties, 1e-5 edges.
+// have the same limits with every intersector, because few of them are traced by it. Of the 1.2
+// million bent rays of refracted_agreement_test.cpp, at most 5e-4 of a scene's rays were ties, and
+// at most 1e-5 were edges.
 std::span<const Limit> limits(RaySource source, Precision precision) {
   // tie, end, edge, leak, coplanar, coarse, unlike_static
   static constexpr auto scene_in_double = table({1e-4, 1e-4, 1e-5, 0.0, 1e-5});

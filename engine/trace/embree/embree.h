@@ -14,14 +14,14 @@ namespace ensonify::engine {
 /// Computes in float. Distances are good to about 1e-6 of the range, however far from the mesh's
 /// origin, for rays whose origins are floats (nearest_floats.h), as the origins of a sonar's fans
 /// are; other origins are rounded to floats. build() refuses vertices beyond 1e9 m. In robust mode,
-/// a ray aimed exactly at a vertex slips through once in some hundreds; in fast (not robust) mode,
-/// one in six of the rays aimed at vertices or edges does, and of two faces at one distance either
-/// may win. A ray that lies in a face's plane, as far as float can resolve, may be reported to hit
-/// the face, even slightly outside the face, at a meaningless distance (`ensonify check` counts
-/// these as coplanar). The last bits depend on the instruction set. They do not depend on the tree,
-/// with one exception: a face that the ray passes within rounding may be hit in one tree and missed
-/// in another, because a face is tested only if the ray meets its box within rounding, and in
-/// packets also where it misses the box.
+/// one in some hundreds of the rays that are aimed exactly at a vertex slips through. In fast (not
+/// robust) mode, one in six of the rays that are aimed at vertices or edges slips through, and of
+/// two faces at one distance either may win. A ray that lies in a face's plane, as far as float can
+/// resolve, may be reported to hit the face, even slightly outside the face, at a meaningless
+/// distance (`ensonify check` counts these as coplanar). The last bits depend on the instruction
+/// set. They do not depend on the tree, with one exception: a face that the ray passes within
+/// rounding may be hit in one tree and missed in another, because a face is tested only if the ray
+/// meets its box within rounding, and in packets also where it misses the box.
 ///
 /// A tree for many pings shares the triangles' memory, so they must not change while it exists. A
 /// tree for one ping copies them, is built in the calling thread, and is a few percent slower to

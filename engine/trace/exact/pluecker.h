@@ -6,8 +6,8 @@
 
 namespace ensonify::engine {
 
-/// The reference: the paper's test of a ray against a face's edges in Plücker coordinates, in
-/// double, and exact where rounding could decide, over a tree that changes no answer
+/// The reference: the paper's test of a ray against a face's edges in Plücker coordinates. It
+/// computes in double, and exactly where rounding could decide. Its tree changes no answer
 /// (pluecker_faces.h, box_tree.h). No ray slips through an edge or a vertex, and a ray that enters
 /// through an edge or a vertex hits exactly one of the faces around it. The tie rule of
 /// exact_side.h decides which, not the lowest number. Takes up to 715 million faces, and about

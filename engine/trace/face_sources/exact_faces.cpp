@@ -313,9 +313,9 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
 // plane. With k = cos'/cos of the two angles from the level, at most the widening,
 //   d' = k d + (k sin - sin') z.
 // So |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|. The last difference is at most
-// k - 1 + 2 sin(turn / 2); for k < 1 it is less than the turn's part plus 1 - k, which is less than
-// k' - 1 for the slowest against the fastest speed. Elevations change by at most the turn; what
-// goes past 90 degrees is within the margin.
+// k - 1 + 2 sin(turn / 2); for k < 1 it is less than the turn's part plus 1 - k, and 1 - k is less
+// than the widening minus 1, because k is at least the slowest speed divided by the fastest.
+// Elevations change by at most the turn; what goes past 90 degrees is within the margin.
 FanVolume fan_volume_of(const RayFan& fan) {
   constexpr double right_angle = 0.5 * std::numbers::pi;
   const FanGrid& grid = *fan.grid;

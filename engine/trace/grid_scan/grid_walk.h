@@ -37,10 +37,10 @@ struct GridFace {
   static constexpr int row = 32;    ///< of the cell, the bits from here on
 };
 
-/// As many walks over a grid as a register has lanes, of any fans. Each follows a plane of the fan
-/// from one edge of the mesh to the next. Seen in the direction of the walk, one end of the edge is
-/// left of the plane and the other end is right of it; one end is on the positive side of the plane
-/// and the other on the negative side.
+/// Walks over a grid, one in each lane of a register, of any fans. Each walk follows a plane of the
+/// fan from one edge of the mesh to the next. Seen in the direction of the walk, one end of the
+/// edge is left of the plane and the other end is right of it; one end is on the positive side of
+/// the plane and the other on the negative side.
 struct GridWalks {
   static constexpr std::size_t most = 8;  ///< lanes of any register
   template <class T>

@@ -35,12 +35,12 @@ struct BentRanges {
 };
 
 /// At which range each launch angle from straight down to 60 degrees above the horizontal meets the
-/// bed, rays that turn before the surface included. Neighbours differ by at most a 400th of the
-/// range within it, and by a 50th up to four times as far; where a ray's range
-/// jumps, or a ray meets the surface first, there is an entry that is not a number. Of a cast with
-/// more than 2000 samples above the bed, means over a 2000th of the depth are followed: that is
-/// enough to lay rays, which are then traced through the whole cast. The limits are those of the
-/// profile that is followed.
+/// bed, rays that turn before the surface included. The ranges of neighbouring entries differ by at
+/// most a 400th of way.range_m. Beyond way.range_m, up to four times as far, they differ by at most
+/// a 50th of it. Where a ray's range jumps, or a ray meets the surface first, there is an entry
+/// that is not a number. If a cast has more than 2000 samples above the bed, the rays follow means
+/// over a 2000th of the depth. This is enough to lay rays, which are then traced through the whole
+/// cast. The limits are those of the profile that the rays follow.
 BentRanges bent_ranges(const scatter::SoundSpeedProfile& cast, const BentWay& way);
 
 /// Bounds on how far the bent rays of a fan leave their straight lines. They hold for faces no

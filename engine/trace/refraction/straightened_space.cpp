@@ -76,10 +76,10 @@ void StraightenedSpace::group_faces() {
   }
 }
 
-/// Collects the faces that the fan can touch. The choice depends on each face and the fan alone:
-/// some of these faces decide how rays are traced, and each face source gives these faces and
-/// different others. The tests of groups and boxes, which are faster, leave out none of these
-/// faces.
+/// Collects the faces that the fan can touch. The choice depends on each face and the fan alone,
+/// because some of the chosen faces decide how rays are traced. All face sources give the faces
+/// that the fan can touch; they differ in the other faces that they give. The tests of groups and
+/// boxes, which are faster, leave out none of the faces that the fan can touch.
 void StraightenedSpace::collect_faces() {
   collected_.clear();
   const refine::FanVolume volume = fan_volume_of(*fan_);

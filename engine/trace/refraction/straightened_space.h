@@ -35,10 +35,10 @@ class StraightenedSpace {
 
   /// Finds the nearest hits, by ray number, of the rays within the beam. The undecided rays (their
   /// numbers, ascending) are misses. The t of a hit is within the tolerance until incidence_of() is
-  /// asked; its u and v are those of a part of the face. False, with no ray decided, where
-  /// something of the seafloor stands as high as the sonar, or the fan is wider than a half turn.
-  /// The fan's bend must be the profile's (bend_of). The fan and the triangles must stay until the
-  /// last incidence_of().
+  /// asked; its u and v are those of a part of the face. Returns false, and decides no ray, if
+  /// something of the seafloor stands as high as the sonar, or if the fan is wider than a half
+  /// turn. The fan's bend must be the profile's (bend_of). The fan and the triangles must stay
+  /// until the last incidence_of().
   bool trace(const RayFan& fan, const Faces& faces, std::span<Hit> hits,
              std::vector<std::uint32_t>& undecided);
 

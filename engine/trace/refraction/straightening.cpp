@@ -158,8 +158,8 @@ bool Straightening::move(std::span<const float> x_m, double y_m, std::span<const
 }
 
 // A curve of constant second derivative is off by an eighth of the difference of its tangents at
-// the ends. The Jacobians turn with the direction to the point, so an edge across the rays has a
-// bow too, although rays of equal length lead to its ends.
+// the ends. The Jacobians turn with the direction to the point. So an edge across the rays is bent,
+// too, although rays of equal length lead to its ends.
 float Straightening::bow8_m2(const RayToPoint& a, const RayToPoint& b, const Vector3f& edge) {
   return ((b.jacobian - a.jacobian) * edge).squaredNorm();
 }
@@ -198,10 +198,11 @@ bool Straightening::may_hit(double level, double down) const {
   return std::abs(down) * flattest() > level || min_range_m_ <= range_m * fan_->bend.lengthening;
 }
 
-// The ray to where the hit would be if the piece were flat in straightened space is known. The
-// fan's own ray is next to that ray, at a distance far below their radius of curvature: at one
-// depth it is farther out by the difference of their cotangents (times range_per_cotangent_m), and
-// later by Snell's constant times that. From there it goes straight on to the plane of the face.
+// One ray is known: the ray to the place where the hit would be if the piece were flat in
+// straightened space. The fan's ray is next to the known ray, at a distance far below their radius
+// of curvature. At one depth the fan's ray is farther out, by the difference of their cotangents
+// (times range_per_cotangent_m), and later, by Snell's constant times this distance. From there it
+// goes straight on to the plane of the face.
 RayIncidence Straightening::incidence(std::size_t number, const Piece& piece, Hit& hit) {
   const RayFan& fan = *fan_;
   const Vector3d direction =

@@ -19,7 +19,7 @@ namespace ensonify::engine {
 /// of its travel time at the reference speed. In that straightened space a scan of a fan finds what
 /// the bent rays hit.
 ///
-/// It knows the rays that go down from the source without turning.
+/// The map has only the rays that go down from the source without turning.
 class Straightening {
  public:
   /// For points between these two depths. The profile must outlive this.

@@ -13,11 +13,12 @@ namespace ensonify::engine {
 
 /// Straight rays in a layered sea: they hit what they hit in water of one speed, but their echoes
 /// come after the time that sound takes along the straight line at the profile's speeds. The
-/// quickest way is bent, and quicker only by the second order of the bend (Fermat). They spread to
-/// the straight line's length squared. In water of constant gradient the geometric mean of the
-/// spreading of both ways, c_1 c_2 sinh^2(g t) / g^2, is the same up to the second order. Elsewhere
-/// straight rays have no right level: to the first order, with the mean speed c along the line and
-/// its grazing angle, that mean is 1 - ((c_1 + c_2) / c - 2) / sin^2(grazing) times as large.
+/// quickest way is bent, and quicker only by the second order of the bend (Fermat). The spreading
+/// of a straight ray is the square of its length. The true value is the geometric mean of the
+/// spreading of both ways. In water of constant gradient this mean is c_1 c_2 sinh^2(g t) / g^2,
+/// which equals the square up to the second order. In other water the level of straight rays is
+/// wrong: to the first order, the mean is 1 - ((c_1 + c_2) / c - 2) / sin^2(grazing) times the
+/// square, where c is the mean speed along the line and `grazing` is the line's grazing angle.
 class TravelTime final : public IncidenceSource {
  public:
   /// The profile must outlive this.

@@ -38,8 +38,8 @@ class SandEcho {
 
   double over_noise_db(double range_m) const {
     const double sine = altitude_m_ / range_m;
-    return to_db(law_.level_bed(BeamPlane(1), range_m, sine) * sand_.cross_section(std::asin(sine)) /
-                 noise_);
+    return to_db(law_.level_bed(BeamPlane(1), range_m, sine) *
+                 sand_.cross_section(std::asin(sine)) / noise_);
   }
   /// The farthest range at which it is as strong as the noise.
   double reach_m() const {
