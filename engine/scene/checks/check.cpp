@@ -274,6 +274,7 @@ void check_kind(const Scene& scene, const Sonar& sonar, const Require& require) 
   refuse(scene.output.jsf, "output.jsf", sides_only);
   refuse(scene.display.slant_range_correction, "display.slant_range_correction",
          "its beams look ahead, not to the sides");
+  refuse(scene.display.speed_correction, "display.speed_correction", "its rows are beams");
 }
 
 void check_artefacts(const Scene& scene, const Require& require) {
