@@ -50,9 +50,14 @@ class SteeredBeams {
       low = std::min(low, run.sine);
       high = std::max(high, run.sine);
     }
-    for (std::size_t beam = 0; beam < sines_.size(); ++beam) {
-      const auto axis = static_cast<float>(sines_[beam]);
-      if (low - axis > widest_ || axis - high > widest_) continue;
+    // The sines fall from beam to beam.
+    const auto begin = std::ranges::partition_point(
+        sines_, [&](double sine) { return sine > double(high + widest_); });
+    const auto end = std::partition_point(
+        begin, sines_.end(), [&](double sine) { return sine >= double(low - widest_); });
+    for (auto at = begin; at != end; ++at) {
+      const auto beam = static_cast<std::size_t>(at - sines_.begin());
+      const auto axis = static_cast<float>(*at);
       for (const Scratch::Run& run : scratch.runs) {
         const std::complex<float> weight = field(beam, run.from, double(run.sine - axis));
         if (weight != 0.0f) f(beam, run.from, run.until, weight);

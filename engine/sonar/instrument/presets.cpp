@@ -98,42 +98,43 @@ struct ImagingRow {
 // Sound Metrics' software development kit (frequencies, numbers and spacing of beams, pulse
 // lengths), Ocean Networks Canada (vertical beam). Gemini: manual 0703-SOM-00002. No document was
 // found for source levels, bandwidths, and whether and where receivers are focused; the ARIS
-// focuses with a lens.
+// focuses with a lens. Ranges are those of usual work: at the documents' longest ranges (120 m for
+// the Oculus M750d and the Gemini) a frame would have five million values.
 // clang-format off
 constexpr std::string_view fan_keys =
-    "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg range_m";
+    "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg";
 constexpr std::array imaging_rows{
   // name, instrument,
   //     f Hz  fov beams  deg vert tilt range pulse        B Hz    ms focus documented
   ImagingRow{"oculus-m750d-low", "Blueprint Oculus M750d, 750 kHz",
-         750e3, 130, 512, 1.0,  20,  0, 120, PulseKind::lfm, 60e3, 1.0, true, fan_keys},
+         750e3, 130, 512, 1.0,  20,  0,  30, PulseKind::lfm, 60e3, 1.0, true, fan_keys},
   ImagingRow{"oculus-m750d-high", "Blueprint Oculus M750d, 1.2 MHz",
-        1200e3, 130, 512, 0.6,  20,  0,  40, PulseKind::lfm, 80e3, 0.5, true, fan_keys},
+        1200e3, 130, 512, 0.6,  20,  0,  20, PulseKind::lfm, 80e3, 0.5, true, fan_keys},
   ImagingRow{"oculus-m1200d-low", "Blueprint Oculus M1200d, 1.2 MHz",
-        1200e3, 130, 512, 0.6,  20,  0,  40, PulseKind::lfm, 80e3, 0.5, true, fan_keys},
+        1200e3, 130, 512, 0.6,  20,  0,  20, PulseKind::lfm, 80e3, 0.5, true, fan_keys},
   ImagingRow{"oculus-m1200d-high", "Blueprint Oculus M1200d, 2.1 MHz",
         2100e3,  60, 512, 0.4,  12,  0,  10, PulseKind::lfm, 120e3, 0.3, true, fan_keys},
   ImagingRow{"blueview-m900-130", "Teledyne BlueView M900-130",
-         900e3, 130, 768, 1.0,  20,  0, 100, PulseKind::lfm, 60e3, 1.0, true,
-         "frequency_hz field_of_view_deg beams vertical_beamwidth_deg range_m"},
+         900e3, 130, 768, 1.0,  20,  0,  30, PulseKind::lfm, 60e3, 1.0, true,
+         "frequency_hz field_of_view_deg beams vertical_beamwidth_deg"},
   ImagingRow{"aris-1800-low", "Sound Metrics ARIS Explorer 1800, 1.1 MHz",
-        1100e3,  28,  96, 0.5,  14,  0,  35, PulseKind::cw,  50e3, 0.020, true,
-        "frequency_hz field_of_view_deg beams pulse pulse_length_s range_m"},
+        1100e3,  28,  96, 0.5,  14,  0,  20, PulseKind::cw,  50e3, 0.020, true,
+        "frequency_hz field_of_view_deg beams pulse pulse_length_s"},
   ImagingRow{"aris-1800-high", "Sound Metrics ARIS Explorer 1800, 1.8 MHz",
-        1800e3,  28,  96, 0.3,  14,  0,  15, PulseKind::cw, 100e3, 0.010, true,
-        "frequency_hz field_of_view_deg beams pulse pulse_length_s range_m"},
+        1800e3,  28,  96, 0.3,  14,  0,  10, PulseKind::cw, 100e3, 0.010, true,
+        "frequency_hz field_of_view_deg beams pulse pulse_length_s"},
   ImagingRow{"aris-3000-low", "Sound Metrics ARIS Explorer 3000, 1.8 MHz",
-        1800e3,  30, 128, 0.3,  14,  0,  15, PulseKind::cw, 100e3, 0.010, true,
-        "frequency_hz field_of_view_deg beams vertical_beamwidth_deg pulse pulse_length_s range_m"},
+        1800e3,  30, 128, 0.3,  14,  0,  10, PulseKind::cw, 100e3, 0.010, true,
+        "frequency_hz field_of_view_deg beams vertical_beamwidth_deg pulse pulse_length_s"},
   ImagingRow{"aris-3000-high", "Sound Metrics ARIS Explorer 3000, 3.0 MHz",
         3000e3,  30, 128, 0.25, 14,  0,   5, PulseKind::cw, 150e3, 0.006, true,
-        "frequency_hz field_of_view_deg beams vertical_beamwidth_deg pulse pulse_length_s range_m"},
+        "frequency_hz field_of_view_deg beams vertical_beamwidth_deg pulse pulse_length_s"},
   ImagingRow{"gemini-720is", "Tritech Gemini 720is",
-         720e3, 120, 512, 1.0,  20, 10, 120, PulseKind::lfm, 60e3, 1.0, true,
-         "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg tilt_deg range_m pulse"},
+         720e3, 120, 512, 1.0,  20, 10,  30, PulseKind::lfm, 60e3, 1.0, true,
+         "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg tilt_deg pulse"},
   ImagingRow{"imagenex-852-echo", "Imagenex 852, echo sounder",
          330e3,  30,   1, 30,   30,  0,  50, PulseKind::cw,  40e3, 0.027, false,
-         "frequency_hz array_length_m vertical_beamwidth_deg range_m"},
+         "frequency_hz array_length_m vertical_beamwidth_deg"},
 };
 // clang-format on
 

@@ -23,9 +23,11 @@ constexpr std::size_t gain_bins = 8;   // bins that have one value of the automa
 
 /// By range: what a beam that lies ahead_m ahead of the array's middle receives at the nominal
 /// speed, divided by the two-way beam of the middle at rest.
-std::function<double(double range_m)> beam_share(const ChainOptions& options,
+std::function<double(double range_m)> beam_share(const Sonar& sonar, const ChainOptions& options,
                                                  const SonarEquation& law, double ahead_m = 0.0) {
-  const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
+  // A vehicle that goes ahead moves along a sidescan's array, but across an imaging sonar's.
+  const double along_mps = sonar.steers() ? 0.0 : options.nominal_speed_mps;
+  const double drift_along = 2.0 / options.sound_speed_mps * along_mps;
   if (drift_along == 0.0 && ahead_m == 0.0) return [](double) { return 1.0; };
   const MovedBeam& moved = law.moved_beam();
   return [&moved, drift_along, ahead_m, beam = moved.beam(ahead_m)](double range_m) {
@@ -139,7 +141,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                                                               options.heading_rad, options.textures)
                               : std::nullopt),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
-      moved_shares_(by_bin(law_, beam_share(options, law_))),
+      moved_shares_(by_bin(law_, beam_share(sonar, options, law_))),
       sea_noise_(sea_noise_powers(sonar, law_, options.sea)),
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
@@ -178,7 +180,8 @@ std::vector<double> SignalChain::shares_of_beam(int beam) const {
   }
   const double offset_m = sonar_.beam_offset_m(beam);
   if (offset_m == 0.0) return {};
-  const auto its = beam_share(options_, law_, offset_m), middle = beam_share(options_, law_);
+  const auto its = beam_share(sonar_, options_, law_, offset_m),
+             middle = beam_share(sonar_, options_, law_);
   std::vector<double> shares = by_bin(law_, its);
   for (std::size_t bin = 0; bin < shares.size(); ++bin) shares[bin] /= moved_shares_[bin];
   if (!options_.arrivals.second_time_around) return shares;

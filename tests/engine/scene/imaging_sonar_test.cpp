@@ -53,7 +53,7 @@ TEST_CASE("What a kind of sonar cannot do is refused, with the key and the kind"
       {head + "[sonar.s]\nbeams = 33", {"'sonar.s.beams'", "33", "at most 32"}},
       {ahead + "array_length_m = 0.001", {"'sonar.ahead.array_length_m'", "a wavelength or more"}},
       {ahead + "planes = 1024\nelevations = 1000000\narray_length_m = 10",
-       {"'sonar.ahead.elevations'", "rays", "at most"}},
+       {"planes of 1000000 elevations", "rays", "at most"}},
   }));
   const std::string error = error_of(text);
   CAPTURE(text, error);
