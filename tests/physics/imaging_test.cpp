@@ -148,6 +148,7 @@ source_level_db = 200
 pulse = "lfm"
 bandwidth_hz = 60e3
 pulse_length_s = 1e-3
+window = "hann"
 range_m = 25
 bins = 800
 array_length_m = 0.002086

@@ -20,7 +20,7 @@ Section<Sonar> made_sonar_section() {
            "sidescan: line arrays along the track that look to the sides. imaging: a line array "
            "across the track that looks ahead and is steered to many directions; each ping gives a "
            "frame of beams x bins. Keys that are not given then have other defaults: those of an "
-           "imaging sonar at 750 kHz.",
+           "imaging sonar at 750 kHz. If all sonars of a scene are imaging sonars, track.pings is 20.",
            at(&Sonar::kind), {"sidescan", "imaging"}},
           {"sides", "", {}, "The sides it has; files of one side have that side's columns only.",
            at(&Sonar::sides), words_of(sides_kinds)},

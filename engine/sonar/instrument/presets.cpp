@@ -134,7 +134,7 @@ constexpr std::array imaging_rows{
          "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg tilt_deg pulse"},
   ImagingRow{"imagenex-852-echo", "Imagenex 852, echo sounder",
          330e3,  30,   1, 30,   30,  0,  50, PulseKind::cw,  40e3, 0.027, false,
-         "frequency_hz array_length_m vertical_beamwidth_deg"},
+         "frequency_hz array_length_m vertical_beamwidth_deg range_m"},
 };
 // clang-format on
 
