@@ -160,9 +160,9 @@ tilt_deg = 0
 sector_low_deg = -25
 sector_high_deg = 25
 noise = false
-elevations = 256
+elevations = 512
 )"),
-                             {"speckle=false"});
+                             {"speckle=false", "sonar.ahead.elevations=512"});
   Simulator simulator(scene);
   const auto lines = ping(simulator, over_bed(13.0, 3.0));
   REQUIRE(lines.size() == 258);
