@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -133,9 +134,11 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
   facets_.clear();
   for (const ObjectEcho& facet : objects_.facets()) {
     const double sine = facet.place.dot(fan.array_axis) / facet.place.norm();
-    facets_.push_back({fan.nearest_plane(sine), shifted(facet)});
+    facets_.push_back({fan.nearest_plane(sine), facets_.size(), shifted(facet)});
   }
-  std::ranges::stable_sort(facets_, {}, &FacetOfPlane::plane);
+  // (A stable sort would allocate memory.)
+  std::ranges::sort(facets_, {},
+                    [](const FacetOfPlane& facet) { return std::pair(facet.plane, facet.number); });
   auto facet = facets_.begin();
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     EchoLine& line = planes.lines[plane];

@@ -95,7 +95,7 @@ class EchoFormer {
   };
   std::vector<Arrival> arrivals_;  // per piece; bent rays only
   struct FacetOfPlane {
-    std::size_t plane;
+    std::size_t plane, number;
     ObjectEcho echo;
   };
   std::vector<FacetOfPlane> facets_;
