@@ -110,8 +110,8 @@ void fill(std::vector<double>& cells) {
 /// `ping_mean`. Pings at other altitudes then count as much as in the recording.
 LineWithBed scaled(const LineWithBed& line, const RecorderSigns& recorder) {
   if (recorder.ping_mean == 0.0 || recorder.curve != TransferCurve::linear) return line;
-  RecordedLine all = line;
-  const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
+  auto all = static_cast<const RecordedLine&>(line);  // without beds
+  const std::size_t begin = line.samples / 50;        // beyond the transmitted pulse
   for (std::vector<float>* side : {&all.port, &all.starboard})
     for (std::size_t first = 0; first < side->size(); first += line.samples) {
       const std::span<float> row = std::span(*side).subspan(first, line.samples);

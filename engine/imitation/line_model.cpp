@@ -83,8 +83,9 @@ class Keys {
         throw std::logic_error(fmt::format("{}: the value has another type", key));
       return option;
     };
-    add_text(key, option_text(std::visit(set, its.option), its.in_degrees, its.choices).value(),
-             std::move(evidence));
+    std::string text =
+        option_text(std::visit(set, its.option), its.in_degrees, its.choices).value();
+    add_text(key, std::move(text), std::move(evidence));
   }
   template <class Value>
   void assume(std::string_view key, Value value, std::string why) {

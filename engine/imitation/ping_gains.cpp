@@ -90,7 +90,7 @@ PingGains ping_gains(const LineWithBed& line, const RecorderSigns& recorder) {
 LineWithBed without_ping_gains(const LineWithBed& line, const PingGains& gains,
                                const RecorderSigns& recorder) {
   if (gains.factors.empty()) return line;
-  RecordedLine even = line;
+  auto even = static_cast<const RecordedLine&>(line);  // without beds
   for (const Side side : line.sides()) {
     std::vector<float>& rows = side == Side::port ? even.port : even.starboard;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {

@@ -111,7 +111,7 @@ class SeveralParts {
     const fs::path place = place_of(part);
     std::vector<std::string> own =
         file_names(run_.scene, "_" + parts_.number(part), parts_.range(part));
-    own.push_back(part_json_name);
+    own.emplace_back(part_json_name);
     const auto refuse = [](const fs::path& foreign) {
       throw SceneError(fmt::format(
           "{}: is not of this run, but its place is needed for a part that must be made; move it "

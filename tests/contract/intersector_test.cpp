@@ -128,7 +128,7 @@ TEST_CASE("distance is in units of the direction's length, within the ray's ends
 TEST_CASE("a ray that starts on a face hits it at t = 0, or what comes after its t_min") {
   refine::TriangleMesh mesh = one_face();
   for (const Eigen::Vector3f& p : one_face().positions)
-    mesh.positions.push_back(p - Eigen::Vector3f(0, 0, 3));
+    mesh.positions.emplace_back(p - Eigen::Vector3f(0, 0, 3));
   mesh.faces.push_back({3, 4, 5});
   for_every_intersector(mesh, [](const Intersector& tracer) {
     // ----o----  z = 0
@@ -209,10 +209,10 @@ TEST_CASE("around a corner and along the edges that meet there a ray hits one fa
     std::vector<std::unique_ptr<Intersector>> alone;
     for (const refine::Face& face : mesh.faces)
       alone.push_back(make_intersector(kind.name, {mesh.positions, {&face, 1}}));
-    for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex)
+    for (const Eigen::Vector3f& vertex : mesh.positions)
       for (const Vector3d& from :
            {Vector3d(0, 0, 4), Vector3d(0, 0, -4), Vector3d(2, 0, 4), Vector3d(-3, 3, 4)}) {
-        const Vector3d target = 0.5 * mesh.positions[vertex].cast<double>();
+        const Vector3d target = 0.5 * vertex.cast<double>();
         const Ray ray{target + from, -from};
         const Hit hit = shoot(*tracer, ray);
         REQUIRE(hit);
@@ -228,7 +228,7 @@ TEST_CASE("of faces at one place the lowest is hit, in any orientation") {
   refine::TriangleMesh mesh = one_face();
   for (float z : {-1.0f, 1.0f})
     for (const Eigen::Vector3f& p : one_face().positions)
-      mesh.positions.push_back(p + Eigen::Vector3f(0, 0, z));
+      mesh.positions.emplace_back(p + Eigen::Vector3f(0, 0, z));
   // z = 0 three times, above it z = 1 three times, one of each upside down
   mesh.faces = {{3, 4, 5}, {6, 7, 8}, {0, 1, 2}, {7, 6, 8}, {0, 1, 2}, {1, 0, 2}, {6, 7, 8}};
   for_every_intersector(mesh, [](const Intersector& tracer) {
@@ -243,7 +243,7 @@ TEST_CASE("of several faces the nearest is hit") {
   for (float z : {-1.0f, 1.0f}) {
     const auto n = static_cast<std::uint32_t>(mesh.positions.size());
     for (int i = 0; i < 3; ++i)
-      mesh.positions.push_back(mesh.positions[i] + Eigen::Vector3f(0, 0, z));
+      mesh.positions.emplace_back(mesh.positions[i] + Eigen::Vector3f(0, 0, z));
     mesh.faces.push_back({n, n + 1, n + 2});
   }
   for_every_intersector(mesh, [](const Intersector& tracer) {
@@ -263,8 +263,8 @@ TEST_CASE("the order of faces and vertices does not change a hit, to the bit") {
     const refine::Face face = mesh.faces[i];
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     for (int k = 0; k < 3; ++k)
-      mesh.positions.push_back(0.5f *
-                               (mesh.positions[face[k]] + mesh.positions[face[(k + 1) % 3]]));
+      mesh.positions.emplace_back(0.5f *
+                                  (mesh.positions[face[k]] + mesh.positions[face[(k + 1) % 3]]));
     mesh.faces.push_back({first, first + 1, first + 2});
   }
 
@@ -418,7 +418,7 @@ refine::TriangleMesh ball(int n, const Vector3d& middle, double radius_m) {
         numbers.emplace(at, static_cast<std::uint32_t>(mesh.positions.size()));
     if (is_new) {
       const Vector3d p = Vector3d(at[0], at[1], at[2]).normalized() * radius_m + middle;
-      mesh.positions.push_back(p.cast<float>());
+      mesh.positions.emplace_back(p.cast<float>());
     }
     return found->second;
   };
@@ -439,8 +439,8 @@ enum class Aim { vertex, edge, face };
 
 /// The point of a face that rays are aimed at.
 Vector3d point_of(const refine::Triangles& mesh, std::uint32_t face, Aim aim) {
+  if (aim == Aim::vertex) return mesh.corner(face, 0);
   const Vector3d a = mesh.corner(face, 0), b = mesh.corner(face, 1), c = mesh.corner(face, 2);
-  if (aim == Aim::vertex) return a;
   return aim == Aim::edge ? Vector3d(0.5 * (a + b)) : Vector3d(0.5 * a + 0.3 * b + 0.2 * c);
 }
 
@@ -579,7 +579,8 @@ Agreement compare_over(const Scene& scene, int pings) {
   const auto pluecker = make_intersector("pluecker", bed.mesh);
   std::vector<Agreement> counts(2 * static_cast<std::size_t>(pings));
   refine::parallel_for(counts.size(), 2, [&](std::size_t item, int) {
-    const double step = static_cast<double>(item / 2);
+    const std::size_t ping = item / 2;
+    const double step = static_cast<double>(ping);
     const Pose pose{.position = {0.3 * step, 0.17 * step, altitude_m - scene.seafloor.depth_m},
                     .roll_rad = 0.02 * step,
                     .heading_rad = 0.4 * step};

@@ -26,6 +26,7 @@ std::atomic<std::ptrdiff_t> alive = 0;
 std::atomic<std::size_t> failing = 0;  // the allocation of this count; 0: none
 }  // namespace
 
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): containers and smart pointers call these functions.
 // Counts every C++ allocation of this test program.
 void* operator new(std::size_t size) {
   if (++allocations == failing) throw std::bad_alloc();
@@ -51,6 +52,7 @@ void operator delete(void* memory) noexcept {
 }
 void operator delete(void* memory, std::align_val_t) noexcept { operator delete(memory); }
 void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 using namespace ensonify;
 using namespace ensonify::engine;

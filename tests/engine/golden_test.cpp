@@ -154,7 +154,7 @@ bandwidth_hz = 60000
 )"}};
 
 struct Cell {
-  std::string_view intersector = "fan_scan", surface = "footprint", instruction_set = "";
+  std::string_view intersector = "fan_scan", surface = "footprint", instruction_set;
 };
 
 template <class T>

@@ -247,8 +247,7 @@ intersector = "fan_scan"
       make_seafloor_in_tiles(scene.seafloor, scene.bed_seed(), {}, scene.materials, {});
   at_once.mean_bed_m = in_tiles.mean_bed_m;  // the speed of sound follows it
   const std::vector<Pose> poses = {{.position = {0.0, 0.0, of.z_m}}};
-  CHECK(same_bytes(pings(scene, std::move(in_tiles), poses),
-                   pings(scene, std::move(at_once), poses)));
+  CHECK(same_bytes(pings(scene, in_tiles, poses), pings(scene, at_once, poses)));
 }
 
 TEST_CASE("The check of a run finds no difference on a bed in tiles with relief") {

@@ -58,7 +58,7 @@ double volume(const TriangleMesh& mesh) {
 
 /// Repairs, and checks everything that is promised for any mesh.
 RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_tolerance_m = 0.0) {
-  const RepairedMesh repaired = repair(mesh, weld_tolerance_m);
+  RepairedMesh repaired = repair(mesh, weld_tolerance_m);
   const RepairReport& report = repaired.report;
   const std::string fault = manifold_fault(repaired.mesh);
   CAPTURE(fault);

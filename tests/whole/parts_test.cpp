@@ -220,8 +220,8 @@ TEST_CASE("the parts of a run put together are the run of one part") {
     CHECK(parts.contains(its + ".exr"));
     CHECK(parts.contains(its + ".png"));
   }
-  CHECK(parts.at("part_0002/left-right_0002.xtf").substr(100, 64).c_str() ==
-        std::string("left-right_0002.xtf"));
+  CHECK(parts.at("part_0002/left-right_0002.xtf").substr(100, 20) ==
+        std::string("left-right_0002.xtf\0", 20));
   CHECK(joined[".xtf"] == recording(one, name + ".xtf"));
   CHECK(joined[".jsf"] == recording(one, name + ".jsf"));
   CHECK(joined[".csv"] == one.at(name + "_pings.csv"));

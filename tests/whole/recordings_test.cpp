@@ -373,7 +373,7 @@ TEST_CASE("A run's sonars are in one recording, with the samples and positions o
   CHECK_FALSE(std::filesystem::exists(together / "out/a.xtf"));
   const std::string xtf = read_text(together / "out/recording.xtf");
   const std::string jsf = read_text(together / "out/recording.jsf");
-  CHECK(xtf.substr(100, 14) == std::string("recording.xtf", 14));  // and the 0 that ends it
+  CHECK(xtf.substr(100, 14) == std::string("recording.xtf\0", 14));  // and the 0 that ends it
   const std::vector<Line> all_xtf = read_xtf(xtf), all_jsf = read_jsf(jsf);
   for (const auto& [name, channels, subsystem] :
        {std::tuple{"a", 0, 22}, std::tuple{"b", 2, 21}, std::tuple{"c", 4, 20}}) {

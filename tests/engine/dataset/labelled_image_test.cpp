@@ -78,7 +78,8 @@ TEST_CASE(
   Waterfall line(sonar, 8);
   for (std::size_t row = 0; row < line.rows(); ++row) {
     const int beam = static_cast<int>(row % 5);
-    line.pings[row].pose.position = {0.0, 1.0 * double(row / 5) + sonar.beam_offset_m(beam), -5.0};
+    const std::size_t ping = row / 5;
+    line.pings[row].pose.position = {0.0, 1.0 * double(ping) + sonar.beam_offset_m(beam), -5.0};
     line.pings[row].altitude_m = 2.0;
     std::fill_n(line.pixels.instance.begin() + static_cast<std::ptrdiff_t>(row * line.columns()),
                 line.columns(), static_cast<std::uint32_t>(row + 1));
