@@ -17,9 +17,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using F = hn::ScalableTag<float>;
-using U = hn::RebindToUnsigned<F>;
 constexpr F f;
-constexpr U u;
 
 /// Calls part(lanes tag, bin) for whole registers, then for single bins.
 template <class Part>
