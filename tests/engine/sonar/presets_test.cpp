@@ -88,7 +88,8 @@ TEST_CASE("the chirps of presets are longer than 1 / B, and their makers' other 
   }
 }
 
-TEST_CASE("every sidescan's preset reaches about its range over medium sand, as the page of presets says") {
+TEST_CASE(
+    "every sidescan's preset reaches about its range over medium sand, as the page of presets says") {
   std::string page;
   {
     std::ifstream file(tests::source_folder() / "engine/sonar/instrument/presets.md");
