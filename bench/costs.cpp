@@ -88,7 +88,7 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
         const FanHits& hits = pinger.tracer().trace(aim.fan, plan.fan, faces);
         if (looking)
           looking->look(aim.fan, labelled.mesh, *hits.runs, static_cast<std::uint64_t>(i));
-        pinger.echo(plan, aim, hits, line);
+        pinger.echo({&plan, 1}, aim, hits, {&line, 1});
       }
     }
   };

@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <ensonify/engine/image/fan_picture.h>
 #include <ensonify/engine/image/lettering.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/scene/reader.h>
@@ -31,7 +32,8 @@ namespace fs = std::filesystem;
 using namespace ensonify;
 using namespace ensonify::engine;
 
-constexpr double side_px = 290.0;  // of a square picture; others have as many pixels
+constexpr std::size_t fan_px = 240;  // height of a fan
+constexpr double side_px = 290.0;    // of a square picture; others have as many pixels
 constexpr std::size_t max_colours = 64;
 
 /// Each new pixel is the mean of the pixels that it covers.
@@ -174,10 +176,21 @@ void picture_scene(const fs::path& file, const fs::path& folder) {
   TruthPicture truth = lay_truth(
       image, picture, simulator.classes(), simulator.materials(),
       picture_columns(image.sonar, scene.display, simulator.calibration(0).row_spacing_m));
-  Picture shown = resampled(picture, width, height);
-  add_scale_bar(shown, static_cast<double>(height) /
-                           (ping_step_m(image) * static_cast<double>(image.rows())));
-  truth.picture = side_by_side(shown, resampled(truth.picture, width, height));
+  if (image.sonar.steers()) {  // the first ping
+    const FanPicture fan(image.sonar);
+    const auto small = [&](const Picture& of) {
+      const Picture first = fan.draw(of, 0);
+      return resampled(first, fan_px * first.width / first.height, fan_px);
+    };
+    Picture shown = small(picture);
+    add_scale_bar(shown, static_cast<double>(fan_px) / image.sonar.range_m);
+    truth.picture = side_by_side(shown, small(truth.picture));
+  } else {
+    Picture shown = resampled(picture, width, height);
+    add_scale_bar(shown, static_cast<double>(height) /
+                             (ping_step_m(image) * static_cast<double>(image.rows())));
+    truth.picture = side_by_side(shown, resampled(truth.picture, width, height));
+  }
   const fs::path to = folder / (file.stem().string() + ".png");
   const std::vector<std::byte> bytes = palette_png(with_legend(truth), truth.legend);
   refine::write_file(to, bytes);

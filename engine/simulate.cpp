@@ -54,9 +54,9 @@ void Simulator::aim(const Pose& pose, Aim& aim) {
   own_->follow_objects(*shared_);
   aim.fans.clear();
   for (std::size_t i = 0; i < own_->sonars.size(); ++i)
-    for (int beam = 0; beam < own_->sonars[i].beams; ++beam) {
+    for (int beam = 0; beam < own_->sonars[i].parallel_beams(); ++beam) {
       const Sonar& sonar = own_->sonars[i];
-      const Pose sonar_pose = mounted(pose, sonar.mounting.ahead(sonar.beam_offset_m(beam)));
+      const Pose sonar_pose = mounted(pose, sonar.beam_mounting(beam));
       const double bed_m = own_->bed.height_m(sonar_pose.position.x(), sonar_pose.position.y());
       if (const auto fault = out_of_water(sonar_pose.position, bed_m))
         throw std::invalid_argument(fmt::format(
@@ -124,18 +124,16 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     PingTracer& pinger = own.tracers[sonar];
     const std::span<const LinePlan> plans = pinger.lines();
     const std::span<const FanAim> fans = std::span(own.aim.fans).subspan(first_fan, pinger.fans());
-    const FanHits* hits = nullptr;
-    for (std::size_t i = 0; i < plans.size(); ++i) {
-      const std::size_t fan = plans[i].fan;
+    const std::size_t per_fan = plans.size() / fans.size();
+    for (std::size_t fan = 0; fan < fans.size(); ++fan) {
       const FanAim& aim = fans[fan];
-      if (i == 0 || fan != plans[i - 1].fan) {
-        hits = &pinger.tracer().trace(aim.fan, first_fan + fan, faces);
-        if (!own.visibility_counters.empty())
-          own.visibility_counters[sonar].look(aim.fan, hits->triangles,
-                                              pinger.tracer().runs(aim.fan), number);
-        end_stage(own.times.trace_s);
-      }
-      pinger.echo(plans[i], aim, *hits, lines[i]);
+      const FanHits& hits = pinger.tracer().trace(aim.fan, first_fan + fan, faces);
+      if (!own.visibility_counters.empty())
+        own.visibility_counters[sonar].look(aim.fan, hits.triangles, pinger.tracer().runs(aim.fan),
+                                            number);
+      end_stage(own.times.trace_s);
+      pinger.echo(plans.subspan(fan * per_fan, per_fan), aim, hits,
+                  lines.subspan(fan * per_fan, per_fan));
       end_stage(own.times.echo_s);
     }
     own.receive(sonar, pose, number, fans, lines.first(plans.size()));

@@ -203,7 +203,7 @@ ViewSize ground_size(const Waterfall& line, double pixel_m) {
     return static_cast<std::size_t>(std::min(pixels, 1e9));
   };
   return {.name = line.sonar.name + "_ground",
-          .columns = LineLayout(line.sonar.sides, counted(bins)).columns(),
+          .columns = LineLayout(line.sonar.sectors(), counted(bins)).columns(),
           .rows = counted(std::floor(length_along_m(line) / pixel_m) + 1.0),
           .across_m = pixel_m,
           .along_m = pixel_m};

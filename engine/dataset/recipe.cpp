@@ -10,6 +10,7 @@
 #include <ensonify/engine/base/random.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/dataset/recipe_text.h>
+#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
@@ -390,6 +391,7 @@ SampleScene Recipe::sample(std::size_t number) const {
   if (!d.has_seafloor_seed && !d.distributions.contains("seafloor.seed"))
     result.scene.seafloor_seed = seed("seafloor.seed", result.seafloor);
   try {
+    require_sidescans(result.scene, "a dataset");
     require_lines_for_pieces(options_, result.scene);
   } catch (const SceneError& error) {
     throw SceneError(fmt::format("{}: {}{} (sample {})", name_, error.what(),

@@ -21,9 +21,10 @@ class LineLayout {
 
   /// A picture with one column for each bin of the sonar.
   explicit LineLayout(const Sonar& sonar)
-      : LineLayout(sonar.sides, static_cast<std::size_t>(sonar.bins)) {}
+      : LineLayout(sonar.sectors(), static_cast<std::size_t>(sonar.bins)) {}
   /// A picture with `bins` columns for each sector.
-  LineLayout(Sides sides, std::size_t bins) : sectors_(sectors_of(sides)), bins_(bins) {}
+  LineLayout(std::span<const Sector> sectors, std::size_t bins) : sectors_(sectors), bins_(bins) {}
+  LineLayout(Sides sides, std::size_t bins) : LineLayout(sectors_of(sides), bins) {}
 
   std::size_t sectors() const { return sectors_.size(); }
   std::size_t bins() const { return bins_; }

@@ -16,7 +16,7 @@ struct PictureColumns {
   bool over_ground;
   std::size_t per_side;  ///< columns per sector, at most one per bin
 
-  LineLayout layout(const Sonar& sonar) const { return {sonar.sides, per_side}; }
+  LineLayout layout(const Sonar& sonar) const { return {sonar.sectors(), per_side}; }
 
   friend bool operator==(const PictureColumns&, const PictureColumns&) = default;
 };

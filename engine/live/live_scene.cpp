@@ -13,6 +13,7 @@
 #include <ensonify/engine/base/json_text.h>
 #include <ensonify/engine/image/line_layout.h>
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/scatter/sediment.h>
@@ -84,7 +85,7 @@ Json to_json(const Sonar& sonar) {
 }  // namespace
 
 LiveScene::LiveScene(const Scene& of, const Preparation& how)
-    : scene(of),
+    : scene((require_sidescans(of, "the live picture"), of)),
       memory(how.memory),
       simulator(scene, how),
       track(scene, simulator),

@@ -228,6 +228,9 @@ RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar,
     fail_run(folder / "manifest.json",
              fmt::format("its scene has no sonar '{}'; make the run again", name));
   run.sonar = *settings;
+  if (run.sonar.steers())
+    fail_run(folder / "manifest.json",
+             fmt::format("its sonar '{}' looks ahead; a mosaic is made of a sidescan", name));
   PingReader pings(run, positions);
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] != name) continue;

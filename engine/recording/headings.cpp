@@ -50,8 +50,10 @@ Angles courses(const std::vector<RecordedPing>& pings) {
 /// The median of the absolute angle between a[i] and b[i]; unset if no ping has both.
 std::optional<double> usual_angle_rad(const Angles& a, const Angles& b) {
   std::vector<double> between_rad;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    if (a[i] && b[i]) between_rad.push_back(std::abs(turn(*a[i] - *b[i])));
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const std::optional<double>&of_a = a[i], &of_b = b[i];
+    if (of_a && of_b) between_rad.push_back(std::abs(turn(*of_a - *of_b)));
+  }
   if (between_rad.empty()) return std::nullopt;
   return median(std::move(between_rad));
 }
@@ -95,7 +97,7 @@ ChosenHeadings choose_headings(const RecordedLine& line) {
     why = "the heading is 0 in every ping";
     if (off_rad) why += fmt::format(", but the course is {:.0f} degrees off it", *off_rad / degree);
   } else {
-    if (!is_off(off_rad, most_off_rad)) return chosen;
+    if (!off_rad || !is_off(off_rad, most_off_rad)) return chosen;
     why = fmt::format(
         "the stated headings are {:.0f} degrees off the course, unless port and starboard are "
         "exchanged",

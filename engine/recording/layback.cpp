@@ -88,7 +88,7 @@ void tow_back(RecordedLine& line, std::string_view name) {
   }
   for (std::size_t k = 0; k < towed.size(); ++k) {
     RecordedPing& ping = *towed[k];
-    const Eigen::Vector2d place = track.behind(k, *ping.layback_m);
+    const Eigen::Vector2d place = track.behind(k, ping.layback_m.value_or(0.0));
     if (ping.place)
       ping.place = GeographicPlace{place.y() / scale.y(), place.x() / scale.x()};
     else

@@ -134,9 +134,10 @@ void take_as_metres(RecordedLine& line, std::string_view name) {
                     name));
   else {
     const auto first = std::ranges::find_if(line.pings, has_metres);
+    const Eigen::Vector2d place = first->place_m.value_or(Eigen::Vector2d::Zero());
     line.warnings.push_back(impossible_value(
         name, static_cast<std::size_t>(std::ranges::count_if(line.pings, has_metres)),
-        impossible_place, first->number, place_text(first->place_m->y(), first->place_m->x())));
+        impossible_place, first->number, place_text(place.y(), place.x())));
     for (RecordedPing& ping : line.pings) {
       ping.place_m.reset();
       if (!ping.place) ping.layback_m.reset();  // a layback needs a place

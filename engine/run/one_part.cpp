@@ -55,7 +55,7 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
     throw SceneError(
         fmt::format("{}: the folder holds a run in several parts; choose another folder with -o",
                     run.folder.string()));
-  output.require_own(file_names(run.scene, ""));
+  output.require_own(file_names(run.scene, "", {0, track.count()}));
   Clock::time_point start = Clock::now();
   ScenePings pings = ping_as_one(
       run.scene, simulator, track, run.threads,

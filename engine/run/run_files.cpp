@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/image/fan_picture.h>
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/picture_columns.h>
 #include <ensonify/engine/image/truth_picture.h>
@@ -76,6 +77,14 @@ void count(const ScenePings& pings, PartRecord& record) {
                  [&](const char* name, std::uint64_t count) { record.verification[name] = count; });
 }
 
+bool has_fans(const Scene& scene, const Sonar& sonar) {
+  return scene.output.fans && sonar.steers() && sonar.beams > 1;
+}
+
+std::string fan_name(const std::string& name, std::size_t ping) {
+  return fmt::format("{}_fan_{:06}.png", name, ping);
+}
+
 /// The record of the pings, without files. Renumbers the labels of the images to the names that the
 /// scene's output asks for.
 PartRecord part_record_of(const RunState& run, ScenePings& pings, const Simulator& simulator) {
@@ -102,7 +111,8 @@ Picture picture_of(const Scene& scene, const Waterfall& image, const Simulator& 
                 neighbours);
 }
 
-std::vector<std::string> file_names(const Scene& scene, const std::string& ending) {
+std::vector<std::string> file_names(const Scene& scene, const std::string& ending,
+                                    PingRange pings) {
   const OutputOptions& output = scene.output;
   std::vector<std::string> names;
   for (const Sonar& sonar : scene.sonars) {
@@ -110,6 +120,9 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& endin
     for (const char* of_all : {".png", "_pings.csv", "_targets.json"})
       names.push_back(name + of_all);
     if (output.truth) names.push_back(name + "_truth.png");
+    if (has_fans(scene, sonar))
+      for (std::size_t i = 0; i < pings.count; ++i)
+        names.push_back(fan_name(name, pings.first + i));
     for (const OutputFormat& format : output_formats()) {
       if (!(output.*format.wanted)) continue;
       const bool common =
@@ -218,6 +231,11 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
                                 ? painted(preview.get(), scene.display.palette)
                                 : picture_of(scene, image, simulator, i, &neighbours);
       folder.write(name + ".png", encode_png(written.pictures[i]));
+      if (!has_fans(scene, image.sonar)) return;
+      const FanPicture fan(image.sonar);
+      for (std::size_t ping = 0; ping < pings.pings.count; ++ping)
+        folder.write(fan_name(name, pings.pings.first + ping),
+                     encode_png(fan.draw(written.pictures[i], ping)));
     });
     tasks.emplace_back([&, name] { folder.write(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())

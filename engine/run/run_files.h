@@ -30,8 +30,9 @@ struct WrittenPings {
 WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator& simulator,
                          const std::string& ending, int threads, OutputFolder& folder);
 
-/// The names of the files that write_files() may write.
-std::vector<std::string> file_names(const Scene& scene, const std::string& ending);
+/// The names of the files that write_files() may write of these pings.
+std::vector<std::string> file_names(const Scene& scene, const std::string& ending,
+                                    PingRange pings = {});
 
 /// An upper limit for the bytes of all files of a run that has `pings` pings in `parts` parts. It
 /// includes the joined pictures, but not the tables of targets.

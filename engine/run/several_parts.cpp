@@ -109,7 +109,8 @@ class SeveralParts {
   /// Throws SceneError unless a part's place is a folder with only files of that part.
   void require_own_files(std::size_t part) const {
     const fs::path place = place_of(part);
-    std::vector<std::string> own = file_names(run_.scene, "_" + parts_.number(part));
+    std::vector<std::string> own =
+        file_names(run_.scene, "_" + parts_.number(part), parts_.range(part));
     own.emplace_back(part_json_name);
     const auto refuse = [](const fs::path& foreign) {
       throw SceneError(fmt::format(

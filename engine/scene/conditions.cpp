@@ -59,8 +59,9 @@ void use_survey_water(Scene& scene) {
 }  // namespace
 
 void use_conditions(Scene& scene) {
-  const bool has_preset =
-      std::ranges::any_of(scene.sonars, [](const Sonar& sonar) { return !sonar.preset.empty(); });
+  const bool has_preset = std::ranges::any_of(scene.sonars, [](const Sonar& sonar) {
+    return !sonar.preset.empty() && sonar.kind == SonarKind::sidescan;
+  });
   if (scene.conditions == Conditions::survey ||
       (scene.conditions == Conditions::by_preset && has_preset)) {
     // a file has its own motion
@@ -69,6 +70,7 @@ void use_conditions(Scene& scene) {
     use_survey_water(scene);
     scene.arrivals.burst_m = 0.12;  // in two recordings, the first 0.2 m are bright
     for (Sonar& sonar : scene.sonars) {
+      if (sonar.steers()) continue;  // the recordings are of sidescans
       use_survey_recorder(sonar.receiver);
       use_survey_beam(sonar.vertical);
     }

@@ -267,9 +267,12 @@ class Reader {
     from.track.kind = scene_.track.kind;
     from.sonars.clear();
     for (const Sonar& sonar : scene_.sonars) {
-      from.sonars.push_back(sonar.preset.empty() ? Sonar{} : preset_sonar(sonar.preset));
+      from.sonars.push_back(sonar.preset.empty() ? usual_sonar(sonar.kind)
+                                                 : preset_sonar(sonar.preset));
       from.sonars.back().vertical.file = sonar.vertical.file;
     }
+    // A ping of an imaging sonar is a picture of its own, and large.
+    if (std::ranges::all_of(from.sonars, &Sonar::steers)) from.track.pings = 20;
     use_conditions(from);
     for (const auto& section : scene_sections()) take_keys(section, from, scene_, section.name);
     for (std::size_t i = 0; i < scene_.sonars.size(); ++i)

@@ -55,6 +55,7 @@ struct OutputOptions {
   LayerEncoding encoding;                                  ///< of EXR and NPZ
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
+  bool fans = true;    ///< of an imaging sonar: each ping as a fan, NAME_fan_PING.png
   std::vector<std::string> class_names, sediment_names;  ///< of the numbers 1, 2, ... in layers
   std::string start_time;      ///< the recordings' time at t_s = 0; empty: see the help of the key
   int pings_per_file = 0;      ///< 0: a short run has one part, see RunParts

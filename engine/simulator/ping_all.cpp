@@ -364,7 +364,9 @@ double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
 double rays_of(std::span<const Sonar> sonars) {
   double rays = 0.0;
   for (const Sonar& sonar : sonars)
-    rays += static_cast<double>(sonar.sectors().size()) * sonar.planes * sonar.elevations;
+    rays += static_cast<double>(sonar.sectors().size()) *
+            sonar.fan_planes(scatter::nominal_sound_speed_mps / sonar.frequency_hz) *
+            sonar.elevations;
   return rays;
 }
 

@@ -138,7 +138,7 @@ WallMirror wall_mirror_of(const Material& material, std::optional<double> loss_d
 /// Warns if the outer of several beams are faint, or if their rows leave gaps or overlap.
 void warn_of_beams(const Scene& scene, const Sonar& sonar, double altitude_m,
                    double sound_speed_mps, std::vector<std::string>& warnings) {
-  if (sonar.beams == 1) return;
+  if (sonar.parallel_beams() == 1) return;
   constexpr double faint_db = -10.0, uneven = 0.1, step = 1.01;
   const LineArray transmitter = sonar.transmit_array(sound_speed_mps / sonar.frequency_hz);
   const double half_m = 0.5 * sonar.range_m, outer_m = sonar.beam_offset_m(sonar.beams - 1);

@@ -233,13 +233,20 @@ void Simulator::ThreadState::receive(std::size_t sonar, const Pose& pose, std::u
                                      std::span<const FanAim> fans, std::span<EchoLine> of_sonar) {
   const std::span<const LinePlan> plans = tracers[sonar].lines();
   const std::size_t sectors = sonars[sonar].sectors().size();
+  if (const FanPlanes* planes = tracers[sonar].planes())
+    prepared[sonar]->chain->sum_planes(*planes, chain_scratch);
   for (std::size_t first = 0; first < plans.size(); first += sectors) {
     contexts.clear();
     for (const LinePlan& plan : plans.subspan(first, sectors)) {
       const FanAim& aim = fans[plan.fan];
+      // A steered beam is that of an array that is turned to look where the beam looks.
+      const double cosine = std::sqrt(1.0 - plan.sine * plan.sine);
+      const Eigen::Vector3d axis = plan.sine == 0.0
+                                       ? aim.fan.array_axis
+                                       : cosine * aim.fan.array_axis - plan.sine * aim.motion.abeam;
       contexts.push_back({.ping = ping,
                           .t_s = pose.t_s,
-                          .array = {aim.fan.origin, aim.fan.array_axis, aim.motion.down},
+                          .array = {aim.fan.origin, axis, aim.motion.down},
                           .altitude_m = aim.altitude_m,
                           .speed_mps = pose.velocity_mps.norm(),
                           .motion = aim.motion});

@@ -72,6 +72,7 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
   double worst_share = 1.0;
   std::size_t count = 0;
   for (const Sonar& sonar : sonars) {
+    if (sonar.steers()) continue;  // the vehicle does not scan the bed with its beams
     const double apart_rad = planes_apart_rad(sonar, sound_speed_mps / sonar.frequency_hz);
     std::vector<Pose> own;
     const std::size_t stride = poses.size() / max_poses + 1;

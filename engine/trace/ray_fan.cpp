@@ -54,6 +54,19 @@ double growth_for(int count, double sum) {
   return above;
 }
 
+/// Planes at even steps of the sine of azimuth.
+std::vector<FanGrid::Plane> lay_even_planes(double sine_step, double widest_rad) {
+  const int count = static_cast<int>(std::ceil(2.0 * std::sin(widest_rad) / sine_step));
+  std::vector<FanGrid::Plane> planes;
+  for (int i = 0; i < count; ++i) {
+    const double middle = (i - 0.5 * (count - 1)) * sine_step;
+    const double end = std::min(middle + 0.5 * sine_step, 1.0),
+                 begin = std::max(middle - 0.5 * sine_step, -1.0);
+    planes.push_back({middle, std::sqrt(1.0 - middle * middle), std::asin(end) - std::asin(begin)});
+  }
+  return planes;
+}
+
 std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_rad) {
   std::vector<double> edges{0.0};  // of the planes' cells on one side of broadside
   const double main_beam_rad = std::max(layout.main_lobe_rad, layout.main_beam_rad);
@@ -232,7 +245,9 @@ FanGrid::FanGrid(const FanLayout& layout)
     throw std::invalid_argument(
         "FanLayout: needs an even number of planes and at least two elevations");
 
-  planes = lay_planes(layout, std::asin(std::min(1.0, sin_truncation / std::cos(half_sector))));
+  const double widest_rad = std::asin(std::min(1.0, sin_truncation / std::cos(half_sector)));
+  planes = layout.sine_step > 0.0 ? lay_even_planes(layout.sine_step, widest_rad)
+                                  : lay_planes(layout, widest_rad);
   elevation_rad = lay_elevations(ElevationShares(layout), half_sector, layout.elevations);
   for (double e : elevation_rad) {
     sin_elevation.push_back(std::sin(e));

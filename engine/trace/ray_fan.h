@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <span>
@@ -28,7 +29,10 @@ struct FanLayout {
   /// From the beam's axis to the end of the main beam at the nearest range. If it is smaller than
   /// main_lobe_rad, main_lobe_rad is used.
   double main_beam_rad = 0.0;
-  int planes = 8;                   ///< planes across the main beam
+  int planes = 8;  ///< planes across the main beam
+  /// If positive, the planes lie at even steps of the sine of azimuth instead, for beams that are
+  /// steered along the array.
+  double sine_step = 0.0;
   int elevations = 2048;            ///< rays per plane
   double range_over_height = 10.0;  ///< the end of even ranges, see FanGrid
   /// How much roll lowers this side: added to the depressions when rays are laid out.
@@ -108,6 +112,15 @@ struct RayFan {
   }
   Eigen::Vector3d direction(const Eigen::Vector3d& in_plane, std::size_t elevation) const {
     return grid->cos_elevation[elevation] * in_plane + grid->sin_elevation[elevation] * pole;
+  }
+  /// The plane whose rays at elevation 0 have the sine nearest to this; for planes at even steps.
+  std::size_t nearest_plane(double sine) const {
+    const auto next =
+        std::ranges::lower_bound(grid->planes, sine, {}, &FanGrid::Plane::sin_azimuth);
+    if (next == grid->planes.begin()) return 0;
+    const auto i = static_cast<std::size_t>(next - grid->planes.begin());
+    if (next == grid->planes.end()) return i - 1;
+    return next->sin_azimuth - sine < sine - grid->planes[i - 1].sin_azimuth ? i : i - 1;
   }
   Ray ray(std::size_t plane, std::size_t elevation) const {
     return {origin, direction(plane_direction(plane), elevation), 0.0, range_m};

@@ -15,6 +15,7 @@
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
@@ -89,6 +90,15 @@ TEST_CASE("a steady ping allocates nothing") {
   }
   SECTION("with the ground's texture") { scene.texture = true; }
   SECTION("near objects whose visible share is counted") {
+    for (const double east_m : {-12.0, 9.0, 20.0})
+      scene.objects.push_back({.shape = "sphere", .east_m = east_m});
+  }
+  SECTION("of an imaging sonar, with objects") {
+    scene.sonars.front() = usual_sonar(SonarKind::imaging);
+    scene.sonars.front().bins = 200;
+    scene.sonars.front().beams = 64;
+    scene.sonars.front().elevations = 128;
+    scene.track.pings = 12;
     for (const double east_m : {-12.0, 9.0, 20.0})
       scene.objects.push_back({.shape = "sphere", .east_m = east_m});
   }

@@ -65,7 +65,7 @@ inline engine::EchoLine echo_line(engine::PingTracer& pinger, const engine::Line
   const std::vector<engine::FanAim> aims = pinger.aim(pose, altitude_m);
   const engine::FanAim& aim = aims[plan.sector];
   engine::TracedFaces traced = faces;
-  pinger.echo(plan, aim, pinger.tracer().trace(aim.fan, 0, traced), line);
+  pinger.echo({&plan, 1}, aim, pinger.tracer().trace(aim.fan, 0, traced), {&line, 1});
   return line;
 }
 

@@ -228,7 +228,8 @@ TEST_CASE("presets lists every instrument with its documented keys") {
   CHECK(outcome.err.empty());
   CHECK(outcome.out.starts_with("name,instrument,frequency_hz,bandwidth_hz,"));
   CHECK(outcome.out.find("\nklein-5000,\"Klein 5000\",455000,20000,150,") != std::string::npos);
-  CHECK(outcome.out.find(",frequency_hz bandwidth_hz beams\n") != std::string::npos);
+  CHECK(outcome.out.find("\ngemini-720is,") != std::string::npos);
+  CHECK(outcome.out.find(",frequency_hz bandwidth_hz beams,sidescan,,5\n") != std::string::npos);
 }
 
 TEST_CASE("sediments lists every name with its parameters") {

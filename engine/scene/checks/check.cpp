@@ -25,6 +25,7 @@ constexpr double max_rays = 1e8;                  // per side of one ping
 constexpr double max_bins_in_pulse = 10000;
 constexpr int max_bins = 65536;  // per side
 // Over this width VerticalTable has nine or more values: a two-way level is then within 0.07 dB.
+constexpr int max_parallel_beams = 32;
 constexpr double narrowest_vertical_deg = 0.5;
 constexpr double max_pings = 10e6;
 
@@ -203,6 +204,9 @@ void check_beam(const Sonar& sonar, double sound_speed_mps, const Require& requi
           "'{}' is {:.6g}, expected 0 (the same in all directions) or at least {}: a "
           "narrower beam is finer than the simulator's table of directions",
           key("vertical_beamwidth_deg"), beamwidth_deg, narrowest_vertical_deg);
+  require(sonar.steers() || sonar.beams <= max_parallel_beams, key("beams"),
+          "'{}' is {}, expected at most {} parallel beams of a sidescan", key("beams"), sonar.beams,
+          max_parallel_beams);
   require(sonar.planes % 2 == 0, key("planes"), "'{}' is {}, expected an even number",
           key("planes"), sonar.planes);
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
@@ -251,10 +255,26 @@ void check_pulse(const Sonar& sonar, double sound_speed_mps, const Require& requ
           sonar.range_m);
 }
 
-void check_rays(const Sonar& sonar, const Require& require) {
-  require(double(sonar.planes) * sonar.elevations <= max_rays, sonar_key(sonar, "elevations"),
-          "{} planes of {} elevations are {:.2g} rays, expected at most {:.0e}", sonar.planes,
-          sonar.elevations, double(sonar.planes) * sonar.elevations, max_rays);
+void check_rays(const Sonar& sonar, double sound_speed_mps, const Require& require) {
+  const double planes = sonar.fan_planes(sound_speed_mps / sonar.frequency_hz);
+  require(planes * sonar.elevations <= max_rays, sonar_key(sonar, "elevations"),
+          "{:.0f} planes of {} elevations are {:.2g} rays, expected at most {:.0e}", planes,
+          sonar.elevations, planes * sonar.elevations, max_rays);
+}
+
+/// What only a sidescan has.
+void check_kind(const Scene& scene, const Sonar& sonar, const Require& require) {
+  if (!sonar.steers()) return;
+  const auto refuse = [&](bool given, std::string_view key, std::string_view why) {
+    require(!given, key, "'{}' cannot be used with sonar {}, whose kind is imaging: {}", key,
+            sonar.name, why);
+  };
+  constexpr std::string_view sides_only = "these files hold the sides of a sidescan";
+  refuse(scene.output.xtf, "output.xtf", sides_only);
+  refuse(scene.output.jsf, "output.jsf", sides_only);
+  refuse(scene.display.slant_range_correction, "display.slant_range_correction",
+         "its beams look ahead, not to the sides");
+  refuse(scene.display.speed_correction, "display.speed_correction", "its rows are beams");
 }
 
 void check_artefacts(const Scene& scene, const Require& require) {
@@ -296,13 +316,21 @@ void check_scene(const Scene& scene,
   for (const Sonar& sonar : scene.sonars) {
     check_beam(sonar, sound_speed_mps, require);
     check_pulse(sonar, sound_speed_mps, require);
-    check_rays(sonar, require);
+    check_rays(sonar, sound_speed_mps, require);
+    check_kind(scene, sonar, require);
   }
   check_track(scene, require);
   check_artefacts(scene, require);
   check_recordings(scene, require);
   if (scene.track.kind == TrackKind::line)
     check_pings(scene, scene.track.pings, place("track.pings"));
+}
+
+void require_sidescans(const Scene& scene, std::string_view what) {
+  for (const Sonar& sonar : scene.sonars)
+    if (sonar.kind != SonarKind::sidescan)
+      throw SceneError(fmt::format("'sonar.{}.kind' is \"imaging\", but {} can have sidescans only",
+                                   sonar.name, what));
 }
 
 void check_pings(const Scene& scene, double pings, std::string_view place) {

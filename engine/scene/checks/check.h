@@ -41,4 +41,8 @@ void check_values(const Scene& scene);
 /// errors, not warnings (check_scene()).
 std::vector<std::string> unused_keys(const Scene& scene);
 
+/// Throws SceneError if a sonar of the scene is no sidescan; `what` cannot use others, for example
+/// "a dataset".
+void require_sidescans(const Scene& scene, std::string_view what);
+
 }  // namespace ensonify::engine

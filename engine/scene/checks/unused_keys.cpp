@@ -127,7 +127,11 @@ void sonar_rules(const Sonar& s, const auto& rule) {
   rule({"taylor_nbar"},
        s.shading != ShadingKind::taylor && s.receive_shading != ShadingKind::taylor,
        "with a shading that is not taylor");
-  rule({"beam_spacing_m"}, s.beams == 1, "with one beam");
+  rule({"beam_spacing_m"}, !s.steers() && s.beams == 1, "with one beam");
+  rule({"beam_spacing_m", "sides", "port_mount_deg", "starboard_mount_deg"}, s.steers(),
+       "with kind = \"imaging\"");
+  rule({"field_of_view_deg", "beam_steps", "transmit_beamwidth_deg"}, !s.steers(),
+       "with kind = \"sidescan\"");
   rule({"vertical_ripple_period_deg", "vertical_ripple_dark_deg"}, s.vertical.ripple_db == 0.0,
        "without vertical_ripple_db");
   rule({"self_noise_speed_mps", "self_noise_slope_db"}, !s.receiver.self_noise_db,

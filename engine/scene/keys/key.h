@@ -25,7 +25,7 @@ using OptionTypes =
                InputFile, std::vector<Eigen::Vector2d>, RefractionMode, SeafloorKind,
                FractalSpectrum, TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer,
                ColumnValue, PulseKind, PulseWindow, ShadingKind, Detector, TransferCurve,
-               ExrCompression, Conditions>;
+               ExrCompression, Conditions, SonarKind, BeamSteps>;
 /// A pointer to the option of a key, to set the option.
 using Option = OptionTypes::Pointer;
 /// A pointer to the option of a key, to read the option.

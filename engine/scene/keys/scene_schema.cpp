@@ -70,6 +70,9 @@ std::vector<Key<Scene>> output_keys() {
        at(&Scene::output, &OutputOptions::png_bits), {}, "8 or 16"},
       {"truth", "", {}, "The truth drawn over the image, with a legend, as NAME_truth.png.",
        at(&Scene::output, &OutputOptions::truth)},
+      {"fans", "", {},
+       "Each ping of an imaging sonar as seen from above, to scale, as NAME_fan_PING.png.",
+       at(&Scene::output, &OutputOptions::fans)},
       {"class_names", "", {},
        "Names of the classes 1, 2, ... in the layer class, whether the scene has them or not; its "
        "other classes follow. Runs with the same names have the same numbers. This holds for the "

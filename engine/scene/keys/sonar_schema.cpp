@@ -9,13 +9,19 @@ namespace {
 Section<Sonar> made_sonar_section() {
   return {
       "sonar.NAME",
-      "One instrument, looking to port and starboard; any number of them, which all ping together. "
+      "One instrument, which looks to port and starboard, or ahead; any number of them, which all ping together. "
       "Its files are named by NAME (letters, digits, _ and -).",
       {
           {"preset", "", {},
            "The instrument (`ensonify presets` lists them) that gives the keys below their "
            "defaults.",
            at(&Sonar::preset), preset_names()},
+          {"kind", "", {},
+           "sidescan: line arrays along the track that look to the sides. imaging: a line array "
+           "across the track that looks ahead and is steered to many directions; each ping gives a "
+           "frame of beams x bins. Keys that are not given then have other defaults: those of an "
+           "imaging sonar at 750 kHz. If all sonars of a scene are imaging sonars, track.pings is 20.",
+           at(&Sonar::kind), {"sidescan", "imaging"}},
           {"sides", "", {}, "The sides it has; files of one side have that side's columns only.",
            at(&Sonar::sides), words_of(sides_kinds)},
           {"forward_m", "m", {-1000, 1000},
@@ -93,8 +99,20 @@ Section<Sonar> made_sonar_section() {
            at(&Sonar::shading_weights)},
           {"receive_shading_weights", "", {0, 1e6}, "The same of the receiver.",
            at(&Sonar::receive_shading_weights)},
-          {"beams", "", {1, 32},
-           "Number of parallel beams of each side. Each gives one row of the image per ping, the rear beam first. "
+          {"field_of_view_deg", "degrees", {1, 180},
+           "Of an imaging sonar: angle from the axis of its first beam, which looks farthest to "
+           "port, to that of its last.",
+           at(&Sonar::field_of_view_rad)},
+          {"beam_steps", "", {},
+           "In what the steps from each beam of an imaging sonar to the next are equal: the angle, "
+           "or its sine, as the beams of a Fourier transform are.",
+           at(&Sonar::beam_steps), {"angle", "sine"}},
+          {"transmit_beamwidth_deg", "degrees", {0, 180},
+           "Horizontal width of an imaging sonar's transmitter, -3 dB to -3 dB; 0: the field of view.",
+           at(&Sonar::transmit_beamwidth_rad)},
+          {"beams", "", {1, 1024},
+           "Of an imaging sonar: the number of steered beams, each a row of the image per ping. Of a "
+           "sidescan: the number of parallel beams of each side, at most 32. Each gives one row of the image per ping, the rear beam first. "
            "With N beams the vehicle can be N times as fast. The receiver is "
            "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
            "not focused, and must be short enough to reach them all. The recorder's gain makes the "

@@ -69,7 +69,7 @@ std::shared_ptr<const ArrayTable> usual_array_table() {
 std::shared_ptr<const ArrayTable> array_table(const Sonar& sonar, const Shading& shading,
                                               double lobe_rad) {
   // The angle by which an outer beam lies aside at a tenth of the range.
-  const double aside_rad = sonar.beam_offset_m(sonar.beams - 1) / (0.1 * sonar.range_m);
+  const double aside_rad = sonar.beam_offset_m(sonar.parallel_beams() - 1) / (0.1 * sonar.range_m);
   const int lobes = static_cast<int>(
       std::clamp(std::ceil(aside_rad / lobe_rad), 1.0, double(sonar.lobes_beyond())));
   if (sonar.side_lobes > 0 || lobes > 1 || shading != Shading())
@@ -157,10 +157,14 @@ Beam::Beam(const Sonar& sonar, double wavelength_m, double beam_offset_m)
     : Beam(sonar, sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m),
            beam_offset_m) {}
 
+Beam Beam::of_element(const Sonar& sonar, double wavelength_m) {
+  return {sonar, sonar.transmit_array(wavelength_m), {0.0, wavelength_m}, 0.0};
+}
+
 Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive,
            double beam_offset_m)
-    : focused_(sonar.focused && sonar.focus_zones_m.empty() && sonar.beams == 1),
-      same_arrays_(receive == transmit && sonar.beams == 1),
+    : focused_(sonar.focused && sonar.focus_zones_m.empty() && sonar.parallel_beams() == 1),
+      same_arrays_(receive == transmit && sonar.parallel_beams() == 1),
       transmit_table_(array_table(sonar, transmit.shading, transmit.null_rad(1))),
       receive_table_(receive.shading == transmit.shading
                          ? transmit_table_
@@ -177,7 +181,7 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
             .shading = of.shading};
   };
   // A separate receiver has the beam; the transmitter stays in the array's middle.
-  transmit_ = array(transmit, sonar.beams == 1, beam_offset_m);
+  transmit_ = array(transmit, sonar.parallel_beams() == 1, beam_offset_m);
   receive_ = array(receive, true, 0.0);
   for (const double zone_m : sonar.focus_zones_m)
     zones_per_m_.push_back(static_cast<float>(1.0 / zone_m));

@@ -108,6 +108,9 @@ class Beam {
  public:
   /// beam_offset_m: how far the beam lies ahead of the array's middle, along the array.
   Beam(const Sonar& sonar, double wavelength_m, double beam_offset_m = 0.0);
+  /// The transmitter with a receiver that has no width: what each element of a sonar whose beams
+  /// are steered receives.
+  static Beam of_element(const Sonar& sonar, double wavelength_m);
 
   /// Transmit power times receive power, integrated over the samples of a ray's plane, times the
   /// cosine of elevation: the weight of the ray per radian of elevation. direction: unit vector of

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -102,19 +103,87 @@ void EchoFormer::form(const Beam& beam, const FanAim& aim, const FanHits& hits, 
   begin({line.sector, &beam, &aim.fan, aim.layout.get(), &aim.motion, hits.triangles, &labels_},
         line);
   objects_.find(view_, hits);
-  for (std::size_t plane = 0; plane < aim.fan.planes(); ++plane) {
-    if (hits.runs)
-      cut_runs(*hits.runs, plane);
-    else
-      cut_hits(hits.hits, *hits.incidences, plane);
-    compute(plane, line);
-    if (hits.runs)
-      absorb_over_depth();
-    else
-      correct_bent_rays();
-    lay(plane);
-  }
+  for (std::size_t plane = 0; plane < aim.fan.planes(); ++plane) add_plane(hits, plane, line);
   finish(line);
+}
+
+/// Adds what the rays of a plane meet to the bins.
+void EchoFormer::add_plane(const FanHits& hits, std::size_t plane, EchoLine& line) {
+  if (hits.runs)
+    cut_runs(*hits.runs, plane);
+  else
+    cut_hits(hits.hits, *hits.incidences, plane);
+  compute(plane, line);
+  if (hits.runs)
+    absorb_over_depth();
+  else
+    correct_bent_rays();
+  lay(plane);
+}
+
+void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHits& hits,
+                             FanPlanes& planes) {
+  const RayFan& fan = aim.fan;
+  planes.make_room(fan.planes(), bins_.size(), sums_.size());
+  planes.fan = &fan;
+  planes.rays = aim.layout->rays;
+  planes.hits = 0;
+  const SectorView view{0, &element, &fan, aim.layout.get(), &aim.motion, hits.triangles, &labels_};
+  view_ = view;
+  objects_.find(view_, hits);
+  facets_.clear();
+  for (const ObjectEcho& facet : objects_.facets()) {
+    const double sine = facet.place.dot(fan.array_axis) / facet.place.norm();
+    facets_.push_back({fan.nearest_plane(sine), facets_.size(), shifted(facet)});
+  }
+  // (A stable sort would allocate memory.)
+  std::ranges::sort(facets_, {},
+                    [](const FacetOfPlane& facet) { return std::pair(facet.plane, facet.number); });
+  auto facet = facets_.begin();
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    EchoLine& line = planes.lines[plane];
+    begin(view, line);
+    add_plane(hits, plane, line);
+    for (; facet != facets_.end() && facet->plane == plane; ++facet) bins_.add(facet->echo);
+    planes.hits += line.hits;
+    float* energy = planes.energy_of(plane);
+    float* sine = planes.sine_of(plane);
+    float *lit = planes.lit_of(plane), *shadowed = planes.shadowed_of(plane);
+    // What lies in shadow has no place: it lies as far aside as the last place before it.
+    double aside = fan.grid->planes[plane].sin_azimuth;
+    for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+      energy[bin] = static_cast<float>(gain_[bin] * bins_.energy(bin));
+      const Eigen::Vector3d place = bins_.place(bin);
+      const double range_m = place.norm();
+      if (range_m > 0.0) aside = place.dot(fan.array_axis) / range_m;
+      sine[bin] = static_cast<float>(aside);
+      lit[bin] = bins_.lit(bin);
+      shadowed[bin] = bins_.shadowed(bin);
+    }
+    bins_.write(labels_, fan.origin, line);
+    std::copy_n(energy, line.bins.intensity_mean.size(), line.bins.intensity_mean.begin());
+    std::uint32_t* label = planes.label_of(plane);
+    std::fill_n(label, bins_.size(), 0u);
+    for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
+      label[bin] =
+          line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 | line.bins.sediment[bin];
+    for (std::size_t bin = 0; bin < line.bins.range_m.size(); ++bin)
+      line.bins.range_m[bin] = static_cast<float>((static_cast<double>(bin) + 0.5) * bins_.bin_m());
+  }
+  planes.glints.clear();
+  for (const ObjectEcho& glint : objects_.glints()) {
+    const ObjectEcho laid = shifted(glint);
+    const double last = static_cast<double>(gain_.size()) - 1.0;
+    const auto bin = static_cast<std::size_t>(std::clamp(laid.range_m / bins_.bin_m(), 0.0, last));
+    const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
+    const Label& label = labels_[laid.label];
+    planes.glints.push_back({.range_m = laid.range_m,
+                             .sine = glint.place.dot(fan.array_axis) / glint.place.norm(),
+                             .field = std::polar(std::sqrt(laid.energy * gain_[bin]),
+                                                 2.0 * std::numbers::pi * turns + glint.phase_rad),
+                             .place = fan.origin + glint.place,
+                             .label = label});
+  }
 }
 
 void EchoFormer::begin(const SectorView& view, EchoLine& line) {
@@ -379,21 +448,7 @@ void EchoFormer::finish(EchoLine& line) {
   for (const ObjectEcho& facet : objects_.facets()) bins_.add(shifted(facet));
   const std::size_t margin = pulse_.weights.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
-  // If the kernel begins before the echo, it is even. The inner loops are over bins, so that the
-  // compiler can use vector registers.
-  const bool even = pulse_.first < 0;
-  const std::span<const double> pulse =
-      std::span(pulse_.weights).subspan(static_cast<std::size_t>(-pulse_.first));
-  const double* here = &energy_[margin];
-  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] = pulse[0] * here[i];
-  for (std::size_t d = 1; d < pulse.size(); ++d) {
-    const double* nearer = here - d;
-    if (even)
-      for (std::size_t i = 0; i < sums_.size(); ++i)
-        sums_[i] += pulse[d] * (here[i + d] + nearer[i]);
-    else
-      for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += pulse[d] * nearer[i];
-  }
+  spread_by_pulse(pulse_, &energy_[margin], sums_);
   add_glints(line);
   line.walls.assign(objects_.walls().begin(), objects_.walls().end());
   bins_.write(labels_, view_.fan->origin, line);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/engine/sonar/echo/fan_planes.h>
 #include <ensonify/engine/sonar/echo/object_echoes.h>
 #include <ensonify/engine/sonar/echo/steady_field.h>
 
@@ -41,9 +42,14 @@ class EchoFormer {
   /// layer `intensity` gets the expected values. (The t of bent rays' hits is the range that their
   /// travel time stands for.)
   void form(const Beam& beam, const FanAim& aim, const FanHits& hits, EchoLine& line);
+  /// The number of range bins that echoes are formed in, those beyond the sonar's included.
+  std::size_t bins() const { return bins_.size(); }
+  /// Fills what each plane of a fan receives of it through one element, for beams that are steered.
+  void form_planes(const Beam& element, const FanAim& aim, const FanHits& hits, FanPlanes& planes);
 
  private:
   void begin(const SectorView& view, EchoLine& line);
+  void add_plane(const FanHits& hits, std::size_t plane, EchoLine& line);
   void cut_runs(const FanRuns& runs, std::size_t plane);
   void cut_hits(std::span<const Hit> hits, IncidenceSource& incidences, std::size_t plane);
   void compute(std::size_t plane, EchoLine& line);
@@ -88,6 +94,11 @@ class EchoFormer {
     double grazing_sine;
   };
   std::vector<Arrival> arrivals_;  // per piece; bent rays only
+  struct FacetOfPlane {
+    std::size_t plane, number;
+    ObjectEcho echo;
+  };
+  std::vector<FacetOfPlane> facets_;
 };
 
 }  // namespace ensonify::engine

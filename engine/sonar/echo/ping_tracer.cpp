@@ -17,14 +17,28 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
       tracer_(refraction, range_m_, medium.sound_speed_mps),
       former_(sonar, medium, seafloor, materials, moving, surfaces) {
   if (tracer_.bends()) layouts_.bend(*refraction.profile, medium.sound_speed_mps);
+  const double wavelength_m = medium.sound_speed_mps / sonar.frequency_hz;
+  if (sonar.steers()) {
+    beams_.push_back(Beam::of_element(sonar, wavelength_m));
+    steered_ = std::make_unique<Steered>(sonar, medium, former_.bins());
+    for (int beam = 0; beam < sonar.beams; ++beam)
+      lines_.push_back(
+          {.beam = beam, .sine = steered_->beams.sine(static_cast<std::size_t>(beam))});
+    fans_ = 1;
+    return;
+  }
   for (int beam = 0; beam < sonar.beams; ++beam) {
     if (stop_check) stop_check();
-    beams_.emplace_back(sonar, medium.sound_speed_mps / sonar.frequency_hz,
-                        sonar.beam_offset_m(beam));
+    beams_.emplace_back(sonar, wavelength_m, sonar.beam_offset_m(beam));
     for (std::size_t sector = 0; sector < sectors_.size(); ++sector)
       lines_.push_back({.sector = sector, .beam = beam, .fan = lines_.size()});
   }
+  fans_ = lines_.size();
 }
+
+PingTracer::Steered::Steered(const Sonar& sonar, const Medium& medium, std::size_t bins)
+    : beams(sonar, medium.sound_speed_mps / sonar.frequency_hz, bins),
+      echo(sonar, medium, beams, bins) {}
 
 void PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,
                      std::span<const double> rise_rad, std::vector<FanAim>& fans) {
@@ -51,11 +65,19 @@ std::vector<FanAim> PingTracer::aim(const Pose& pose, double altitude_m) {
   return fans;
 }
 
-void PingTracer::echo(const LinePlan& plan, const FanAim& aim, const FanHits& hits,
-                      EchoLine& line) {
-  line.sector = plan.sector;
-  line.beam = plan.beam;
-  former_.form(beams_[static_cast<std::size_t>(plan.beam)], aim, hits, line);
+void PingTracer::echo(std::span<const LinePlan> plans, const FanAim& aim, const FanHits& hits,
+                      std::span<EchoLine> lines) {
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    lines[i].sector = plans[i].sector;
+    lines[i].beam = plans[i].beam;
+  }
+  if (steered_) {
+    former_.form_planes(beams_[0], aim, hits, steered_->planes);
+    steered_->echo.form(steered_->planes, lines);
+  } else {
+    for (std::size_t i = 0; i < plans.size(); ++i)
+      former_.form(beams_[static_cast<std::size_t>(plans[i].beam)], aim, hits, lines[i]);
+  }
 }
 
 }  // namespace ensonify::engine

@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/echo_former.h>
+#include <ensonify/engine/sonar/echo/steered_beams.h>
+#include <ensonify/engine/sonar/echo/steered_echo.h>
 
 namespace ensonify::engine {
 
@@ -24,7 +27,7 @@ class PingTracer {
   /// The lines of a ping, in their order.
   std::span<const LinePlan> lines() const { return lines_; }
   /// The number of a ping's fans.
-  std::size_t fans() const { return lines_.size(); }
+  std::size_t fans() const { return fans_; }
 
   /// Places the fans of all sectors of one beam, and appends them to `fans`. pose, altitude_m: of
   /// the beam, over the bed straight below. nearest_bed_m: range of the nearest bed, if less than
@@ -39,8 +42,12 @@ class PingTracer {
   FanTracer& tracer() { return tracer_; }
   const FanTracer& tracer() const { return tracer_; }
 
-  /// Forms the expected echo of a line from what its fan hit. Sets the line's sector and beam.
-  void echo(const LinePlan& plan, const FanAim& aim, const FanHits& hits, EchoLine& line);
+  /// Forms the expected echoes of the lines of a fan from what it hit. Sets their sector and beam.
+  void echo(std::span<const LinePlan> plans, const FanAim& aim, const FanHits& hits,
+            std::span<EchoLine> lines);
+  /// What the planes of a fan received, if the sonar's beams are steered; else null. Valid until
+  /// the next echo().
+  const FanPlanes* planes() const { return steered_ ? &steered_->planes : nullptr; }
 
  private:
   double range_m_;
@@ -52,6 +59,14 @@ class PingTracer {
   EchoFormer former_;
   std::vector<Beam> beams_;
   std::vector<LinePlan> lines_;
+  std::size_t fans_;
+  struct Steered {
+    Steered(const Sonar& sonar, const Medium& medium, std::size_t bins);
+    SteeredBeams beams;
+    SteeredEcho echo;
+    FanPlanes planes;
+  };
+  std::unique_ptr<Steered> steered_;  // null: the beams are parallel
 };
 
 }  // namespace ensonify::engine

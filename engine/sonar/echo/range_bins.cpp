@@ -3,10 +3,7 @@
 #include <span>
 
 namespace ensonify::engine {
-namespace {
 
-/// Marks bins without an echo before the bed as water column: if an object returns before the bed
-/// does, they show water and are not starved. Returns their number.
 int fill_with_water(std::span<std::uint32_t> regions) {
   const auto number = [](Region region) { return static_cast<std::uint32_t>(region); };
   const auto bed = std::ranges::find_if(regions, [&](std::uint32_t region) {
@@ -18,8 +15,6 @@ int fill_with_water(std::span<std::uint32_t> regions) {
   std::ranges::replace(before_bed, number(Region::no_data), number(Region::water_column));
   return static_cast<int>(starved);
 }
-
-}  // namespace
 
 RangeBins::RangeBins(double bin_m, std::size_t bins)
     : bin_m_(bin_m),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,6 +23,10 @@ struct Shadow {
   std::uint16_t label;  ///< of what casts the shadow
   std::size_t ray = 0;  ///< the last ray of the plane that meets the thing in front
 };
+
+/// Makes the bins without data before the bed's first return water: objects may return before the
+/// bed does. Returns how many bins that are.
+int fill_with_water(std::span<std::uint32_t> regions);
 
 /// The range bins of one sector of one ping, filled plane by plane: energy, what it came from, and
 /// what is in shadow. Bin i sums over slant ranges [i, i + 1) * bin_m. For each plane:
@@ -45,6 +50,15 @@ class RangeBins {
   std::size_t size() const { return bins_.size(); }
   double bin_m() const { return bin_m_; }
   double energy(std::size_t bin) const { return bins_[bin].energy; }
+  /// The sums of the beam weights of the planes that see the bin, and that see it in shadow.
+  float lit(std::size_t bin) const { return bins_[bin].lit; }
+  float shadowed(std::size_t bin) const { return bins_[bin].shadowed; }
+  /// The energy-weighted place of what the bin saw, from the sonar; 0 if it saw nothing.
+  Eigen::Vector3d place(std::size_t bin) const {
+    const EchoBin& at = bins_[bin];
+    return at.energy > 0.0 ? Eigen::Vector3d(at.seen[0], at.seen[1], at.seen[2]) / at.energy
+                           : Eigen::Vector3d::Zero().eval();
+  }
   /// Writes all layers of a line except ranges and intensities, its first return and its number of
   /// starved bins. `sonar` is the fan's origin. The place and the grazing angle of a bin belong to
   /// the sector's side, or to the other side of nadir if that has most of the energy. The mean over

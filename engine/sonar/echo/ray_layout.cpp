@@ -185,7 +185,7 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   const LineArray receive = sonar.receive_array(wavelength_m);
   const double first_return_m = sonar.range_m / range_over_height;
   // The transmitter is as far from an outer beam as this beam is from the array's middle.
-  const double beam_offset_m = sonar.beam_offset_m(sonar.beams - 1);
+  const double beam_offset_m = sonar.beam_offset_m(sonar.parallel_beams() - 1);
   // No more lobes than needed, because the planes are spread over them.
   const auto lobes = [&](double aside_rad) {
     return std::clamp(static_cast<int>(std::ceil(aside_rad / transmit.null_rad(1))), 1,
@@ -193,8 +193,9 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   };
   const auto reach = [&](int null, double drifting_rad, double nearest_m) {
     const double worst_m = sonar.most_defocused_m(nearest_m);
-    const double offset_rad = sonar.beams > 1 ? std::atan(beam_offset_m / nearest_m) : 0.0;
-    const double sent_rad = sonar.beams > 1
+    const double offset_rad =
+        sonar.parallel_beams() > 1 ? std::atan(beam_offset_m / nearest_m) : 0.0;
+    const double sent_rad = sonar.parallel_beams() > 1
                                 ? reach_rad(transmit, null, 1.0, nearest_m)
                                 : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
     const double received_rad = reach_rad(receive, null, sonar.defocus(worst_m), worst_m);
@@ -205,14 +206,21 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
             next_lobe_rad(offset_rad, sent_rad, receive.null_rad(lobes(offset_rad))));
   };
   const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
+  const double lobes_sine =
+      receive.wavelength_m / receive.length_m * receive.shading.null_x(sonar.side_lobes + 1);
+  const double steered_reach_rad =
+      std::asin(std::min(std::sin(0.5 * sonar.field_of_view_rad) + lobes_sine, 1.0));
   RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.lowest_rad({.element = element}),
       .sector_high_rad = sonar.highest_rad({.element = element}),
-      .truncation_rad = reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
+      .truncation_rad =
+          sonar.steers() ? steered_reach_rad
+                         : reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
       .main_lobe_rad = wider * first_null_rad(transmit, receive),
       .main_beam_rad = reach(1, drift_rad, first_return_m),
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
+      .sine_step = sonar.steers() ? sonar.sine_step(wavelength_m) : 0.0,
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
       .roll_tilt_rad = roll_tilt_rad,
@@ -284,7 +292,8 @@ std::shared_ptr<const RayLayout> RayLayouts::at(const Pose& pose, const Sector& 
   const int roll_tilt_step = static_cast<int>(std::lround(tilt_rad / roll_tilt_step_rad));
   // If the receiver's lobes are as wide as the transmitter's, and it looks nearly in the same
   // direction, it receives all that the transmitter insonifies, and no extra planes are needed.
-  const bool drifts = sonar_.beams > 1 || received_rad_ < sent_rad_ || drift_rad > 0.5 * sent_rad_;
+  const bool drifts = !sonar_.steers() && (sonar_.beams > 1 || received_rad_ < sent_rad_ ||
+                                           drift_rad > 0.5 * sent_rad_);
   const double drift_step_rad = std::max(1e-3, 0.25 * received_rad_);
   const int drift_step = drifts ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
   const double height_m = std::exp2(step / steps_per_octave);

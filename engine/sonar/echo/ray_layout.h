@@ -121,6 +121,7 @@ class RayLayouts {
 struct LinePlan {
   std::size_t sector = 0;  ///< index in Sonar::sectors()
   int beam = 0;            ///< from the rear, see Sonar::beams
+  double sine = 0.0;       ///< along the array, of the direction in which a steered beam looks
   std::size_t fan = 0;     ///< index of the sonar's fan from whose rays the line is formed
 };
 

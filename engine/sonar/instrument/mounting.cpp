@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include <ensonify/engine/base/units.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -31,8 +33,10 @@ void set_rates(Pose& pose, const Vector3d& angular_velocity) {
 
 /// The rotation from the sonar's axes to the vehicle's axes.
 Matrix3d turn_of(const Mounting& mounting) {
+  const double across_rad = mounting.across ? -90.0 * degree : 0.0;
   return (AngleAxisd(mounting.azimuth_rad, Vector3d::UnitZ()) *
-          AngleAxisd(mounting.pitch_rad, Vector3d::UnitY()))
+          AngleAxisd(mounting.pitch_rad, Vector3d::UnitY()) *
+          AngleAxisd(across_rad, Vector3d::UnitZ()))
       .toRotationMatrix();
 }
 

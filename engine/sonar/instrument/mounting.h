@@ -12,6 +12,8 @@ struct Mounting {
   /// Turns the array to starboard; at -90 degrees the starboard side looks ahead.
   double azimuth_rad = 0.0;
   double pitch_rad = 0.0;  ///< after that turn, lifts the front end
+  /// Whether the array then lies across: its x axis points to port, and the sonar looks ahead.
+  bool across = false;
 
   bool operator==(const Mounting&) const = default;
   /// This mounting, moved forwards along the array by `along_m`.

@@ -83,6 +83,107 @@ constexpr std::array rows{
 };
 // clang-format on
 
+struct ImagingRow {
+  std::string_view name, instrument;
+  double frequency_hz, field_of_view_deg;
+  int beams;
+  double beamwidth_deg, vertical_beamwidth_deg, tilt_deg, range_m;
+  PulseKind pulse;
+  double bandwidth_hz, pulse_length_ms;
+  bool focused;
+  std::string_view documented;
+};
+
+// Sources. Oculus and BlueView: third parties' transcriptions of the makers' data sheets. ARIS:
+// Sound Metrics' software development kit (frequencies, numbers and spacing of beams, pulse
+// lengths), Ocean Networks Canada (vertical beam). Gemini: manual 0703-SOM-00002. No document was
+// found for source levels, bandwidths, and whether and where receivers are focused; the ARIS
+// focuses with a lens. Ranges are those of usual work: at the documents' longest ranges (120 m for
+// the Oculus M750d and the Gemini) a frame would have five million values.
+// clang-format off
+constexpr std::string_view fan_keys =
+    "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg";
+constexpr std::array imaging_rows{
+  // name, instrument,
+  //     f Hz  fov beams  deg vert tilt range pulse        B Hz    ms focus documented
+  ImagingRow{"oculus-m750d-low", "Blueprint Oculus M750d, 750 kHz",
+         750e3, 130, 512, 1.0,  20,  0,  30, PulseKind::lfm, 60e3, 1.0, true, fan_keys},
+  ImagingRow{"oculus-m750d-high", "Blueprint Oculus M750d, 1.2 MHz",
+        1200e3, 130, 512, 0.6,  20,  0,  20, PulseKind::lfm, 80e3, 0.5, true, fan_keys},
+  ImagingRow{"oculus-m1200d-low", "Blueprint Oculus M1200d, 1.2 MHz",
+        1200e3, 130, 512, 0.6,  20,  0,  20, PulseKind::lfm, 80e3, 0.5, true, fan_keys},
+  ImagingRow{"oculus-m1200d-high", "Blueprint Oculus M1200d, 2.1 MHz",
+        2100e3,  60, 512, 0.4,  12,  0,  10, PulseKind::lfm, 120e3, 0.3, true, fan_keys},
+  ImagingRow{"blueview-m900-130", "Teledyne BlueView M900-130",
+         900e3, 130, 768, 1.0,  20,  0,  30, PulseKind::lfm, 60e3, 1.0, true,
+         "frequency_hz field_of_view_deg beams vertical_beamwidth_deg"},
+  ImagingRow{"aris-1800-low", "Sound Metrics ARIS Explorer 1800, 1.1 MHz",
+        1100e3,  28,  96, 0.5,  14,  0,  20, PulseKind::cw,  50e3, 0.020, true,
+        "frequency_hz field_of_view_deg beams pulse pulse_length_s"},
+  ImagingRow{"aris-1800-high", "Sound Metrics ARIS Explorer 1800, 1.8 MHz",
+        1800e3,  28,  96, 0.3,  14,  0,  10, PulseKind::cw, 100e3, 0.010, true,
+        "frequency_hz field_of_view_deg beams pulse pulse_length_s"},
+  ImagingRow{"aris-3000-low", "Sound Metrics ARIS Explorer 3000, 1.8 MHz",
+        1800e3,  30, 128, 0.3,  14,  0,  10, PulseKind::cw, 100e3, 0.010, true,
+        "frequency_hz field_of_view_deg beams vertical_beamwidth_deg pulse pulse_length_s"},
+  ImagingRow{"aris-3000-high", "Sound Metrics ARIS Explorer 3000, 3.0 MHz",
+        3000e3,  30, 128, 0.25, 14,  0,   5, PulseKind::cw, 150e3, 0.006, true,
+        "frequency_hz field_of_view_deg beams vertical_beamwidth_deg pulse pulse_length_s"},
+  ImagingRow{"gemini-720is", "Tritech Gemini 720is",
+         720e3, 120, 512, 1.0,  20, 10,  30, PulseKind::lfm, 60e3, 1.0, true,
+         "frequency_hz field_of_view_deg beams array_length_m vertical_beamwidth_deg tilt_deg pulse"},
+  ImagingRow{"imagenex-852-echo", "Imagenex 852, echo sounder",
+         330e3,  30,   1, 30,   30,  0,  50, PulseKind::cw,  40e3, 0.027, false,
+         "frequency_hz array_length_m vertical_beamwidth_deg range_m"},
+};
+// clang-format on
+
+/// The length of an array with this beam, one way, -3 dB to -3 dB, rounded to a millimetre.
+double array_length_m(double beamwidth_rad, double frequency_hz) {
+  const double length_m =
+      Shading().beam_width_x() * nominal_sound_speed_mps / frequency_hz / beamwidth_rad;
+  return std::round(1e3 * length_m) / 1e3;
+}
+
+/// A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or shorter:
+/// the number of bins is rounded up to a multiple of 100.
+int bins_of(const Sonar& sonar) {
+  const double resolution_m =
+      0.5 * nominal_sound_speed_mps *
+      (sonar.pulse.kind == PulseKind::cw ? sonar.pulse.length_s : 1.0 / sonar.pulse.bandwidth_hz);
+  return 100 * static_cast<int>(std::ceil(sonar.range_m / resolution_m / 100.0));
+}
+
+Preset imaging_preset(const ImagingRow& row) {
+  Preset preset{.name = row.name,
+                .instrument = row.instrument,
+                .beamwidth_rad = row.beamwidth_deg * degree,
+                .sonar = usual_sonar(SonarKind::imaging),
+                .documented = row.documented};
+  Sonar& sonar = preset.sonar;
+  sonar.preset = row.name;
+  sonar.frequency_hz = row.frequency_hz;
+  sonar.field_of_view_rad = row.field_of_view_deg * degree;
+  sonar.beams = row.beams;
+  // Rounded to 10 micrometres.
+  const double length_m = 0.5 * Shading().beam_width_x() * nominal_sound_speed_mps /
+                          row.frequency_hz / std::sin(0.5 * preset.beamwidth_rad);
+  sonar.array_length_m = std::round(1e5 * length_m) / 1e5;
+  sonar.focused = row.focused;
+  sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
+  sonar.vertical.tilt_rad = row.tilt_deg * degree;
+  const double reach_rad = 1.25 * sonar.vertical.beamwidth_rad;
+  sonar.sector_low_rad = sonar.vertical.tilt_rad - reach_rad;
+  sonar.sector_high_rad = sonar.vertical.tilt_rad + reach_rad;
+  sonar.range_m = row.range_m;
+  sonar.pulse = {.kind = row.pulse,
+                 .bandwidth_hz = row.bandwidth_hz,
+                 .length_s = 1e-3 * row.pulse_length_ms,
+                 .window = row.pulse == PulseKind::lfm ? PulseWindow::hann : PulseWindow::none};
+  sonar.bins = bins_of(sonar);
+  return preset;
+}
+
 std::vector<Preset> made_presets() {
   std::vector<Preset> made;
   for (const PresetRow& row : rows) {
@@ -104,25 +205,42 @@ std::vector<Preset> made_presets() {
     sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
     // Recordings show no nulls below the axis: fits to one recording have -13 dB at 69 degrees.
     sonar.vertical.floor_below_db = -13.0;
-    // The length is rounded to a millimetre.
-    const double length_m = Shading().beam_width_x() * nominal_sound_speed_mps / row.frequency_hz /
-                            preset.beamwidth_rad;
-    sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
+    sonar.array_length_m = array_length_m(preset.beamwidth_rad, row.frequency_hz);
     if (row.transmitter_m > 0.0)
       sonar.receive_array_length_m = std::exchange(sonar.array_length_m, row.transmitter_m);
     sonar.beams = row.beams;
     sonar.focused = row.beams > 1;
-    // A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or
-    // shorter: the number of bins is rounded up to a multiple of 100.
-    const double resolution_m =
-        0.5 * nominal_sound_speed_mps *
-        (row.pulse == PulseKind::cw ? sonar.pulse.length_s : 1.0 / row.bandwidth_hz);
-    sonar.bins = 100 * static_cast<int>(std::ceil(row.range_m / resolution_m / 100.0));
+    sonar.bins = bins_of(sonar);
   }
+  for (const ImagingRow& row : imaging_rows) made.push_back(imaging_preset(row));
   return made;
 }
 
 }  // namespace
+
+Sonar usual_sonar(SonarKind kind) {
+  Sonar sonar;
+  if (kind != SonarKind::imaging) return sonar;
+  sonar.kind = kind;
+  sonar.name = "imaging";
+  sonar.frequency_hz = 750e3;
+  sonar.source_level_db = 200.0;
+  sonar.pulse = {
+      .kind = PulseKind::lfm, .bandwidth_hz = 60e3, .length_s = 1e-3, .window = PulseWindow::hann};
+  sonar.range_m = 30.0;
+  sonar.bins = 1200;
+  sonar.array_length_m = 0.1;  // 1 degree
+  sonar.beams = 256;
+  sonar.field_of_view_rad = 130.0 * degree;
+  sonar.focused = true;
+  sonar.vertical.beamwidth_rad = 20.0 * degree;
+  sonar.vertical.tilt_rad = 0.0;
+  sonar.sector_low_rad = -25.0 * degree;
+  sonar.sector_high_rad = 25.0 * degree;
+  sonar.planes = 8;
+  sonar.elevations = 512;
+  return sonar;
+}
 
 std::span<const Preset> presets() { return made_once<made_presets>(); }
 

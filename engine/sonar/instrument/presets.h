@@ -20,6 +20,9 @@ struct Preset {
   std::string_view documented;
 };
 
+/// The default values of a sonar of this kind that has no preset.
+Sonar usual_sonar(SonarKind kind);
+
 std::span<const Preset> presets();
 std::vector<std::string_view> preset_names();
 /// The sonar of the preset with this name, in which - and _ are equal. Throws std::invalid_argument

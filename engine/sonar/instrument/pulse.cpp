@@ -185,6 +185,23 @@ PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_
   return kernel;
 }
 
+void spread_by_pulse(const PulseKernel& kernel, const double* energy, std::span<double> spread) {
+  // If the kernel begins before the echo, it is even. The inner loops are over bins, so that the
+  // compiler can use vector registers.
+  const bool even = kernel.first < 0;
+  const std::span<const double> pulse =
+      std::span(kernel.weights).subspan(static_cast<std::size_t>(-kernel.first));
+  for (std::size_t i = 0; i < spread.size(); ++i) spread[i] = pulse[0] * energy[i];
+  for (std::size_t d = 1; d < pulse.size(); ++d) {
+    const double* nearer = energy - d;
+    if (even)
+      for (std::size_t i = 0; i < spread.size(); ++i)
+        spread[i] += pulse[d] * (energy[i + d] + nearer[i]);
+    else
+      for (std::size_t i = 0; i < spread.size(); ++i) spread[i] += pulse[d] * nearer[i];
+  }
+}
+
 SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m) {
   const double bin_s = 2.0 * bin_m / sound_speed_mps;
   const bool even = pulse.kind == PulseKind::lfm;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 namespace ensonify::engine {
@@ -67,6 +68,10 @@ struct PulseKernel {
 /// is cell / bin, so that a uniform bed of energy g per metre has the intensity g c tau_e / 2.
 /// Throws std::invalid_argument unless pulse, sound speed and bin are positive.
 PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
+
+/// Spreads the energy of bins by the kernel. energy: of the first bin of `spread`; as many bins as
+/// the kernel has weights must be there before the first and behind the last.
+void spread_by_pulse(const PulseKernel& kernel, const double* energy, std::span<double> spread);
 
 /// The filter that gives white noise, sampled once per bin, the correlation of speckle of a pulse.
 /// The squares of all its weights sum to 1.

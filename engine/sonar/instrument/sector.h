@@ -45,6 +45,9 @@ inline constexpr std::size_t most_sectors = 4;
 inline constexpr Sector port_sector{"port", -1.0, 0}, starboard_sector{"starboard", 1.0, 1};
 inline constexpr std::array sidescan_sectors{port_sector, starboard_sector};
 
+/// The sector of an imaging sonar. Its array lies across the direction in which it looks.
+inline constexpr std::array imaging_sectors{Sector{"ahead", 1.0, 0}};
+
 /// The sides of a sidescan sonar, as scenes and recordings name them.
 enum class Side { port, starboard };
 constexpr std::string_view name_of(Side side) {

@@ -23,7 +23,23 @@ Shading shading_of(ShadingKind kind, double side_lobe_db, int nbar,
 
 }  // namespace
 
+double Sonar::bearing_rad(int beam) const {
+  if (beams == 1) return 0.0;
+  const double edge = 0.5 * field_of_view_rad, place = 2.0 * beam / (beams - 1.0) - 1.0;
+  return beam_steps == BeamSteps::angle ? place * edge : std::asin(place * std::sin(edge));
+}
+
+double Sonar::sine_step(double wavelength_m) const {
+  return 2.0 * std::sin(receive_array(wavelength_m).null_rad(1)) / planes;
+}
+
 LineArray Sonar::transmit_array(double wavelength_m) const {
+  if (steers()) {
+    const double width_rad =
+        transmit_beamwidth_rad > 0.0 ? transmit_beamwidth_rad : field_of_view_rad;
+    return {0.5 * Shading().beam_width_x() * wavelength_m / std::sin(0.5 * width_rad),
+            wavelength_m};
+  }
   return {array_length_m, wavelength_m,
           shading_of(shading, shading_side_lobe_db, taylor_nbar, shading_weights)};
 }

@@ -12,9 +12,16 @@
 
 namespace ensonify::engine {
 
-/// One instrument: one line array per sector, which looks to port or to starboard.
+/// sidescan: line arrays along the track that look to the sides, with one beam or several parallel
+/// ones. imaging: an array across the track that looks ahead, with beams steered side by side.
+enum class SonarKind { sidescan, imaging };
+/// In what the steering of an imaging sonar's beams has even steps.
+enum class BeamSteps { angle, sine };
+
+/// One instrument: one line array per sector.
 struct Sonar {
   std::string name = "sidescan";
+  SonarKind kind = SonarKind::sidescan;
   std::string preset;  ///< the preset that gives its default values; empty: none
   Sides sides = Sides::both;
   Mounting mounting;
@@ -36,9 +43,14 @@ struct Sonar {
   /// Ranges z at which the arrays are focused. At a range r, the z counts whose 1 / z is nearest to
   /// 1 / r. Empty: `focused` decides.
   std::vector<double> focus_zones_m;
-  /// Beams that each sector receives from one ping, parallel and side by side along the track. With
-  /// several beams, only the receiver is focused, because the transmitter must sound all beams.
+  /// Beams that each sector receives from one ping. Beams of a sidescan are parallel and side by
+  /// side along the track. With several, only the receiver is focused, because the transmitter must
+  /// sound all beams. Beams of an imaging sonar are steered.
   int beams = 1;
+  double field_of_view_rad = 120.0 * degree;  ///< from the first steered beam's axis to the last's
+  BeamSteps beam_steps = BeamSteps::angle;    ///< of steered beams
+  /// Of an imaging sonar's transmitter, horizontally, -3 dB to -3 dB; 0: field_of_view_rad.
+  double transmit_beamwidth_rad = 0.0;
   double beam_spacing_m = 0.2;  ///< from each beam to the next
   int side_lobes = 0;           ///< that rays trace on either side of the main lobe
   VerticalPattern vertical;
@@ -69,23 +81,45 @@ struct Sonar {
   /// The arrays with their shading. Throws std::invalid_argument as Shading does.
   LineArray transmit_array(double wavelength_m) const;
   LineArray receive_array(double wavelength_m) const;
+  /// Whether the beams are steered; then they share one fan.
+  bool steers() const { return kind == SonarKind::imaging; }
+  /// The beams that lie side by side along the array, each with its own fan.
+  int parallel_beams() const { return steers() ? 1 : beams; }
+  /// Where a steered beam looks: positive to starboard. Beam 0 is the one farthest to port.
+  double bearing_rad(int beam) const;
+  /// From each plane of a fan for steered beams to the next, as sine of azimuth.
+  double sine_step(double wavelength_m) const;
+  /// The number of planes of a fan; of steered beams the most that it can have.
+  double fan_planes(double wavelength_m) const {
+    return steers() ? 2.0 / sine_step(wavelength_m) : planes;
+  }
+  /// The place of a beam's array on the vehicle, and its direction.
+  Mounting beam_mounting(int beam) const {
+    Mounting its = mounting.ahead(beam_offset_m(beam));
+    its.across = steers();
+    return its;
+  }
   /// How many lobes beyond the traced lobes may have two-way power. The beam of a moving receiver
   /// reaches beyond the transmitter's lobes, and an outer one of several beams reaches even
   /// farther.
-  int lobes_beyond() const { return beams > 1 ? 4 : 1; }
+  int lobes_beyond() const { return parallel_beams() > 1 ? 4 : 1; }
   /// How far ahead of the array's middle a beam lies; beam 0 is at the rear end.
-  double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
+  double beam_offset_m(int beam) const {
+    return steers() ? 0.0 : (beam - 0.5 * (beams - 1)) * beam_spacing_m;
+  }
   /// How far out of focus the receiver is at a range r, and the transmitter of a sonar with one
   /// beam: 1 - r / z, with the z of focus_zones_m for which this is nearest to 0. 1 if not focused,
   /// 0 if focused at all ranges. At r the beam is as wide as the array's length times the magnitude
   /// of this, plus the spread by diffraction.
   double defocus(double at_m) const;
-  double transmit_defocus(double at_m) const { return beams > 1 ? 1.0 : defocus(at_m); }
+  double transmit_defocus(double at_m) const { return steers() || beams > 1 ? 1.0 : defocus(at_m); }
   /// The range r from nearest_m to range_m at which |defocus(r)| / r is largest.
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }
   /// The sectors, in the order of the sonar's lines; valid until the program ends.
-  std::span<const Sector> sectors() const { return sectors_of(sides); }
+  std::span<const Sector> sectors() const {
+    return steers() ? std::span<const Sector>(imaging_sectors) : sectors_of(sides);
+  }
   bool has(Side side) const { return place_of(sectors(), name_of(side)).has_value(); }
   /// A copy of this sonar. If sample_rate_hz is set, the bins of the copy are c / (2
   /// sample_rate_hz) long for the sound speed c. Their number is just enough to reach the range, at

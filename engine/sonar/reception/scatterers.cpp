@@ -19,10 +19,11 @@ using std::numbers::pi;
 constexpr int frames = 12;            // directions of cells over half a turn
 constexpr int headings = 2 * frames;  // of which every second one is used
 constexpr double rows_per_octave = 12.0;
-constexpr double beam_reach = 0.8;  // to either side, in nulls: contains 99.8 % of sinc^4
-constexpr double max_cells = 16.0;  // across the beam; at least half as many
-constexpr int finest_level = 10;    // the finest cells have a 1024th of the array's length
-constexpr double bin_share = 1.0;   // length of a cell divided by the length of a bin
+constexpr double beam_reach = 0.8;       // to either side, in nulls: contains 99.8 % of sinc^4
+constexpr double max_cells = 16.0;       // across the beam; at least half as many
+constexpr double max_plane_cells = 4.0;  // across a plane; at least half as many
+constexpr int finest_level = 10;         // the finest cells have a 1024th of the array's length
+constexpr double bin_share = 1.0;        // length of a cell divided by the length of a bin
 // Metres over cells per metre of height, so that walls have cells, too.
 constexpr double rise = 0.25;
 // Metres over patches per metre of height on objects, so that walls have as many patches as a level
@@ -71,39 +72,84 @@ long number_of_heading(double heading_rad) {
 
 }  // namespace
 
+Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, const TexturedGround& ground,
+                       double reference_heading_rad)
+    : cell_m_(bin_share * sonar.bin_m()),
+      turns_per_cell_(2.0 * cell_m_ / (sound_speed_mps / sonar.frequency_hz)),
+      nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())),
+      ground_(ground),
+      odd_(number_of_heading(reference_heading_rad) % 2 != 0) {}
+
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                        double reference_heading_rad,
                        const std::vector<scatter::GroundTexture>& by_material, double farthest_m,
                        const std::function<void()>& stop_check)
-    : cell_m_(bin_share * sonar.bin_m()),
-      nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())),
-      ground_(by_material, scatterers_of_echo(sonar, sound_speed_mps),
-              pulse_over_range(sonar, sound_speed_mps), seed),
-      odd_(number_of_heading(reference_heading_rad) % 2 != 0) {
+    : Scatterers(sonar, sound_speed_mps,
+                 TexturedGround(by_material, scatterers_of_echo(sonar, sound_speed_mps),
+                                pulse_over_range(sonar, sound_speed_mps), seed),
+                 reference_heading_rad) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
   const LineArray arrays[] = {sonar.transmit_array(wavelength_m),
                               sonar.receive_array(wavelength_m)};
-  turns_per_cell_ = 2.0 * cell_m_ / wavelength_m;
   columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
                                         columns_per_cell);
-  std::size_t levels = 0;
-  for (int bin = 0; bin < sonar.bins; ++bin) {
-    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m_);
-    const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m_));
-    while (rows_.size() <= row) {
-      rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size()), stop_check));
-      levels = std::max(levels, static_cast<std::size_t>(rows_.back().level) + 1);
-    }
-    row_of_bin_.push_back(static_cast<std::uint16_t>(row));
-  }
+  add_rows_of_bins(sonar,
+                   [&](double range_m) { return make_row(sonar, arrays, range_m, stop_check); });
   do {  // for the widths beyond the middle of the last bin's row
     rows_.push_back(make_row(sonar, arrays, middle_m(rows_.size()), stop_check));
   } while (middle_m(rows_.size() - 1) < farthest_m);
   for (int bin = 0; bin < sonar.bins; ++bin)
     width_of_bin_m_.push_back(width_m_at((bin + 0.5) * sonar.bin_m()));
+  add_tables(sonar, seed, 1);
+}
+
+Scatterers Scatterers::of_planes(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
+                                 double reference_heading_rad,
+                                 const std::vector<scatter::GroundTexture>& by_material,
+                                 double sine_step, double least_cosine) {
+  Scatterers made(sonar, sound_speed_mps,
+                  TexturedGround(by_material, scatterers_of_echo(sonar, sound_speed_mps),
+                                 pulse_over_range(sonar, sound_speed_mps), seed),
+                  reference_heading_rad);
+  made.columns_ = static_cast<std::uint32_t>((0.5 * max_plane_cells + 1.0) * columns_per_cell);
+  const double shortest_m = sine_step * made.nearest_m_ / max_plane_cells;
+  // Rather narrower than wider than the plane: planes that shared scatterers would be correlated,
+  // and their sum too loud.
+  const auto make = [&](double middle_m) {
+    return made.make_plane_row(shortest_m,
+                               sine_step * middle_m * std::exp2(-0.5 / rows_per_octave));
+  };
+  made.add_rows_of_bins(sonar, make);
+  const auto tables = static_cast<std::size_t>(
+      std::ceil(rows_per_octave * -std::log2(std::clamp(least_cosine, 0.01, 1.0))) + 1.0);
+  for (std::size_t i = 1; i < tables; ++i)
+    made.rows_.push_back(make(made.middle_m(made.rows_.size())));
+  made.add_tables(sonar, seed, tables);
+  return made;
+}
+
+std::size_t Scatterers::table_of(double cos_azimuth) const {
+  const double steps = -rows_per_octave * std::log2(std::max(cos_azimuth, 1e-3));
+  return std::min(static_cast<std::size_t>(std::max(steps, 0.0)), tables_.size() - 1);
+}
+
+void Scatterers::add_rows_of_bins(const Sonar& sonar,
+                                  const std::function<Row(double range_m)>& make) {
+  for (int bin = 0; bin < sonar.bins; ++bin) {
+    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m_);
+    const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m_));
+    while (rows_.size() <= row) rows_.push_back(make(middle_m(rows_.size())));
+    row_of_bin_.push_back(static_cast<std::uint16_t>(row));
+  }
+}
+
+void Scatterers::add_tables(const Sonar& sonar, std::uint64_t seed, std::size_t count) {
+  std::size_t levels = 0;
+  for (std::size_t i = 0; i < row_of_bin_.back() + count; ++i)
+    levels = std::max(levels, static_cast<std::size_t>(rows_[i].level) + 1);
   // 32-bit keys; the sum of a level's and a frame's key is used.
-  const auto keys = [&](std::uint64_t number, std::size_t count) {
-    std::vector<double> random(count);
+  const auto keys = [&](std::uint64_t number, std::size_t key_count) {
+    std::vector<double> random(key_count);
     RandomStream(seed, Purpose::speckle,
                  {std::bit_cast<std::uint64_t>(sonar.frequency_hz), number, 0})
         .uniform(random);
@@ -118,14 +164,27 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
                        .across = {std::cos(heading), -std::sin(heading)},
                        .key = of_heading[odd_ ? frames + frame : frame]});
   }
-  for (std::size_t bin = 0; bin < whole_groups(row_of_bin_.size()); ++bin) {
-    const Row& row = rows_[row_of_bin_[std::min(bin, row_of_bin_.size() - 1)]];
-    cells_per_m_.push_back(static_cast<float>(row.cells_per_m));
-    cell_rows_.push_back(TexturedGround::rows_of(1.0 / row.cells_per_m));
-    reach_.push_back(row.reach);
-    first_weight_.push_back(row.first_weight);
-    key_.push_back(of_level[static_cast<std::size_t>(row.level)]);
+  for (std::size_t i = 0; i < count; ++i) {
+    Table& table = tables_.emplace_back();
+    for (std::size_t bin = 0; bin < whole_groups(row_of_bin_.size()); ++bin) {
+      const Row& row = rows_[row_of_bin_[std::min(bin, row_of_bin_.size() - 1)] + i];
+      table.cells_per_m.push_back(static_cast<float>(row.cells_per_m));
+      table.cell_rows.push_back(TexturedGround::rows_of(1.0 / row.cells_per_m));
+      table.reach.push_back(row.reach);
+      table.first_weight.push_back(row.first_weight);
+      table.key.push_back(of_level[static_cast<std::size_t>(row.level)]);
+    }
   }
+}
+
+/// A row without weights, whose cells are 2^level times as long as the shortest.
+Scatterers::Row Scatterers::begin_row(double shortest_m, int level, double reach_m) const {
+  const double cell_m = shortest_m * std::exp2(level);
+  return {.cells_per_m = 1.0 / cell_m,
+          .reach = static_cast<float>(reach_m / cell_m),
+          .level = level,
+          .width_m = 0.0,
+          .first_weight = static_cast<std::uint32_t>(weights_.size() / 2)};
 }
 
 Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays,
@@ -144,17 +203,13 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
                              : inner + beam_reach * (shading.null_x(sonar.side_lobes + 1) - inner);
     reach_m = std::min(reach_m, array.half_width_m(lobes, range_m, defocus[i], widening));
   }
-  Row row;
   const double across = max_cells * (sonar.side_lobes + 1);
   const double shortest_m = arrays[0].length_m * std::exp2(-finest_level);
-  row.level =
-      std::max(0, static_cast<int>(std::ceil(std::log2(2.0 * reach_m / across / shortest_m))));
-  const double cell_m = shortest_m * std::exp2(row.level);
-  row.cells_per_m = 1.0 / cell_m;
-  row.reach = static_cast<float>(reach_m / cell_m);
-  row.first_weight = static_cast<std::uint32_t>(weights_.size() / 2);
-  row.width_m = 0.0;
-  const double step_m = cell_m / columns_per_cell;
+  Row row = begin_row(
+      shortest_m,
+      std::max(0, static_cast<int>(std::ceil(std::log2(2.0 * reach_m / across / shortest_m)))),
+      reach_m);
+  const double step_m = shortest_m * std::exp2(row.level) / columns_per_cell;
   const int columns = static_cast<int>(std::ceil(row.reach * columns_per_cell));
   for (int column = 0; column < columns; ++column) {
     if (stop_check) stop_check();  // a column takes long far inside the near field of a long array
@@ -165,6 +220,22 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
     weights_.push_back(static_cast<float>(weight.real()));
     weights_.push_back(static_cast<float>(weight.imag()));
     row.width_m += 2.0 * step_m * std::norm(weight);
+  }
+  weights_.resize(2 * (row.first_weight + std::size_t{columns_}), 0.0f);
+  return row;
+}
+
+/// The row of a plane that is width_m wide.
+Scatterers::Row Scatterers::make_plane_row(double shortest_m, double width_m) {
+  Row row = begin_row(
+      shortest_m,
+      std::max(0, static_cast<int>(std::ceil(std::log2(width_m / max_plane_cells / shortest_m)))),
+      0.5 * width_m);
+  row.width_m = width_m;
+  const auto columns = static_cast<int>(row.reach * columns_per_cell);
+  for (int column = 0; column < columns; ++column) {
+    weights_.push_back(1.0f);
+    weights_.push_back(0.0f);
   }
   weights_.resize(2 * (row.first_weight + std::size_t{columns_}), 0.0f);
   return row;
@@ -205,9 +276,10 @@ double Scatterers::width_share(std::size_t bin, double from_m, double until_m) c
   return between / all;
 }
 
-void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
-                       Scratch& scratch) const {
-  const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
+void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Scratch& scratch,
+                       std::size_t table_number) const {
+  const Table& table = tables_[table_number];
+  const std::size_t room = table.reach.size(), whole = bins.intensity_mean.size() / signal_group;
   for (auto* of_bin : {&scratch.across_cell, &scratch.across_within, &scratch.first_cell})
     of_bin->resize(room);
   for (auto* of_bin : {&scratch.first_column, &scratch.phase_turns}) of_bin->resize(room);
@@ -238,8 +310,8 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
                  .y_m = layers[2],
                  .z_m = layers[3],
                  .range_m = layers[4],
-                 .cells_per_m = &cells_per_m_[begin],
-                 .reach = &reach_[begin],
+                 .cells_per_m = &table.cells_per_m[begin],
+                 .reach = &table.reach[begin],
                  .across = {across.x(), across.y(), across.z()},
                  .across_add = across_axis * origin_m,
                  .along = {along.x(), along.y(), along.z()},
@@ -271,21 +343,22 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins,
     }
     place_groups(begin, signal_group, padded);
   }
-  place_side_lobes(bins, scratch);
-  if (!ground_.without_patches()) place_patches(frame, bins, scratch);
+  place_side_lobes(bins, table, scratch);
+  if (!ground_.without_patches()) place_patches(frame, bins, table, scratch);
 }
 
 /// The patches under each bin's scatterers. Bins without a place have none.
-void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const {
+void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, const Table& table,
+                               Scratch& scratch) const {
   TexturedGround::Places& patches = scratch.patches;
   const Eigen::Vector2d line = frame.along + scratch.skew * frame.across;
   for (auto* of_bin :
        {&patches.x, &patches.y, &patches.step_x, &patches.step_y, &patches.row, &patches.glint_row})
-    of_bin->resize(reach_.size());
-  patches.glint_share.resize(reach_.size());
-  patches.strengths.resize(reach_.size() * (2 * columns_ / columns_per_cell));
+    of_bin->resize(table.reach.size());
+  patches.glint_share.resize(table.reach.size());
+  patches.strengths.resize(table.reach.size() * (2 * columns_ / columns_per_cell));
   patches.known = false;
-  for (std::size_t n = 0; n < reach_.size(); ++n) {
+  for (std::size_t n = 0; n < table.reach.size(); ++n) {
     if (n >= bins.intensity_mean.size() || !(bins.intensity_mean[n] > 0.0f) ||
         (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f)) {
       TexturedGround::leave_even(n, patches);
@@ -293,7 +366,7 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratc
     }
     // The first cell lies where its line through the bin's place has its number along.
     const Eigen::Vector2d place(bins.x_m[n], bins.y_m[n]);
-    const double step_m = 1.0 / cells_per_m_[n];
+    const double step_m = 1.0 / table.cells_per_m[n];
     const double way_m =
         step_m * static_cast<std::int32_t>(scratch.first_cell[n]) - frame.along.dot(place);
     Eigen::Vector2d first = place + way_m * line;
@@ -304,14 +377,15 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Scratc
                    .y_m = first.y(),
                    .step_x_m = step_m * line.x(),
                    .step_y_m = step_m * line.y(),
-                   .step_rows = cell_rows_[n]},
+                   .step_rows = table.cell_rows[n]},
                   patches);
   }
 }
 
 /// A bin that has only energy of side lobes has no place. It gets the cells behind the cells of the
 /// last bin that has a place.
-void Scatterers::place_side_lobes(const BinLayers& bins, Scratch& scratch) const {
+void Scatterers::place_side_lobes(const BinLayers& bins, const Table& table,
+                                  Scratch& scratch) const {
   if (std::ranges::all_of(scratch.placeless, [](std::uint32_t any) { return any == 0; })) return;
   std::optional<std::size_t> last;
   for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
@@ -327,7 +401,7 @@ void Scatterers::place_side_lobes(const BinLayers& bins, Scratch& scratch) const
       scratch.across_within[n] = last ? scratch.across_within[from] : 0;
       scratch.phase_turns[n] = turns;
       if (last) {
-        const double to_cells = double(cells_per_m_[n]) / double(cells_per_m_[from]);
+        const double to_cells = double(table.cells_per_m[n]) / double(table.cells_per_m[from]);
         const auto first = static_cast<std::int32_t>(scratch.first_cell[from]);
         scratch.first_cell[n] =
             static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(to_cells * first)));
@@ -339,19 +413,20 @@ void Scatterers::place_side_lobes(const BinLayers& bins, Scratch& scratch) const
 }
 
 void Scatterers::gather(Scratch& scratch, int look, std::span<const float> power, float* re,
-                        float* im) const {
+                        float* im, std::size_t table_number) const {
+  const Table& table = tables_[table_number];
   sum_cells(
       {.across_cell = scratch.across_cell.data(),
        .across_within = scratch.across_within.data(),
        .first_cell = scratch.first_cell.data(),
        .first_column = scratch.first_column.data(),
-       .first_weight = first_weight_.data(),
-       .key = key_.data(),
+       .first_weight = table.first_weight.data(),
+       .key = table.key.data(),
        .phase_turns = scratch.phase_turns.data(),
-       .cells_per_m = cells_per_m_.data(),
+       .cells_per_m = table.cells_per_m.data(),
        .power = power.data(),
        .cells = scratch.cells.data(),
-       .bins = reach_.size(),
+       .bins = table.reach.size(),
        .across_per_m = static_cast<float>(scratch.skew / cell_m_),
        .common_key = scratch.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
        .texture = ground_.without_patches()

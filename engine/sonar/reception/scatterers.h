@@ -53,6 +53,18 @@ class Scatterers {
              const std::vector<scatter::GroundTexture>& by_material = {}, double farthest_m = 0.0,
              const std::function<void()>& stop_check = {});
 
+  /// The scatterers of the planes of a fan, for beams that are steered: each plane sums those that
+  /// lie nearer to it than to its neighbours, all with the same weight. The cells are so long that
+  /// 2 to 4 of them span a plane, so a plane has at least one scatterer, and planes share none.
+  /// sine_step: from each plane to the next, as sine of azimuth.
+  /// least_cosine: of the planes' azimuths.
+  static Scatterers of_planes(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
+                              double reference_heading_rad,
+                              const std::vector<scatter::GroundTexture>& by_material,
+                              double sine_step, double least_cosine);
+  /// The table that place() and gather() need for a plane with this cosine of azimuth.
+  std::size_t table_of(double cos_azimuth) const;
+
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Scratch {
     std::uint32_t frame_key = 0;
@@ -63,11 +75,13 @@ class Scatterers {
     TexturedGround::Places patches;
   };
   /// Finds the cells of each bin whose intensity_mean is above 0, from the places in `bins`.
-  void place(const ArrayFrame& array_frame, const BinLayers& bins, Scratch& scratch) const;
+  void place(const ArrayFrame& array_frame, const BinLayers& bins, Scratch& scratch,
+             std::size_t table = 0) const;
   /// The complex field of one look, with the variance `power` in each bin; 0 where a bin has no
   /// cells. All arrays have whole groups of bins (signal_kernel.h). The first look after place()
   /// keeps the patches' strengths for the others.
-  void gather(Scratch& scratch, int look, std::span<const float> power, float* re, float* im) const;
+  void gather(Scratch& scratch, int look, std::span<const float> power, float* re, float* im,
+              std::size_t table = 0) const;
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
@@ -90,8 +104,22 @@ class Scatterers {
     Eigen::Vector2d along, across;
     std::uint32_t key;
   };
-  void place_patches(const Frame& frame, const BinLayers& bins, Scratch& scratch) const;
-  void place_side_lobes(const BinLayers& bins, Scratch& scratch) const;
+  /// One value per bin, in whole groups.
+  struct Table {
+    std::vector<float> cells_per_m, reach;
+    std::vector<float> cell_rows;  // a cell's length, by TexturedGround::rows_of()
+    std::vector<std::uint32_t> first_weight, key;
+  };
+  /// Everything but the rows and tables.
+  Scatterers(const Sonar& sonar, double sound_speed_mps, const TexturedGround& ground,
+             double reference_heading_rad);
+  void add_rows_of_bins(const Sonar& sonar, const std::function<Row(double range_m)>& make);
+  void add_tables(const Sonar& sonar, std::uint64_t seed, std::size_t count);
+  Row begin_row(double shortest_m, int level, double reach_m) const;
+  Row make_plane_row(double shortest_m, double width_m);
+  void place_patches(const Frame& frame, const BinLayers& bins, const Table& table,
+                     Scratch& scratch) const;
+  void place_side_lobes(const BinLayers& bins, const Table& table, Scratch& scratch) const;
   Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m,
                const std::function<void()>& stop_check);
   double middle_m(std::size_t row) const;
@@ -103,11 +131,8 @@ class Scatterers {
   std::vector<std::uint16_t> row_of_bin_;
   std::vector<double> width_of_bin_m_;
   std::vector<Row> rows_;
-  // One value per bin, in whole groups:
-  std::vector<float> cells_per_m_, reach_;
-  std::vector<float> cell_rows_;  // a cell's length, by TexturedGround::rows_of()
-  std::vector<std::uint32_t> first_weight_, key_;
-  std::uint32_t columns_;       // of a row of weights; the last ones are 0
+  std::vector<Table> tables_;   // of planes: by twelfths of an octave of 1 / cosine of azimuth
+  std::uint32_t columns_ = 0;   // of a row of weights; the last ones are 0
   std::vector<float> weights_;  // real and imaginary parts, by distance from the beam's middle
   std::vector<Frame> frames_;
 };

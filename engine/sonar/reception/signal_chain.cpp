@@ -23,9 +23,11 @@ constexpr std::size_t gain_bins = 8;   // bins that have one value of the automa
 
 /// By range: what a beam that lies ahead_m ahead of the array's middle receives at the nominal
 /// speed, divided by the two-way beam of the middle at rest.
-std::function<double(double range_m)> beam_share(const ChainOptions& options,
+std::function<double(double range_m)> beam_share(const Sonar& sonar, const ChainOptions& options,
                                                  const SonarEquation& law, double ahead_m = 0.0) {
-  const double drift_along = 2.0 / options.sound_speed_mps * options.nominal_speed_mps;
+  // A vehicle that goes ahead moves along a sidescan's array, but across an imaging sonar's.
+  const double along_mps = sonar.steers() ? 0.0 : options.nominal_speed_mps;
+  const double drift_along = 2.0 / options.sound_speed_mps * along_mps;
   if (drift_along == 0.0 && ahead_m == 0.0) return [](double) { return 1.0; };
   const MovedBeam& moved = law.moved_beam();
   return [&moved, drift_along, ahead_m, beam = moved.beam(ahead_m)](double range_m) {
@@ -134,8 +136,12 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.arrivals.second_time_around ? farthest_earlier_m(sonar, ping_m(sonar, options))
                                               : 0.0,
           options.stop_check),
+      steered_(sonar.steers() ? std::optional<SteeredSpeckle>(std::in_place, sonar,
+                                                              options.sound_speed_mps, options.seed,
+                                                              options.heading_rad, options.textures)
+                              : std::nullopt),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
-      moved_shares_(by_bin(law_, beam_share(options, law_))),
+      moved_shares_(by_bin(law_, beam_share(sonar, options, law_))),
       sea_noise_(sea_noise_powers(sonar, law_, options.sea)),
       waves_(meets_sea_surface(options) ? waves_under(options.sea.wind_mps) : Oscillation{},
              options.seed, wave_oscillator),
@@ -164,9 +170,18 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
 /// By bin: what a beam receives at the nominal speed, divided by what a beam from the array's
 /// middle receives. Beyond the range, from where only earlier pings echo, it is interpolated.
 std::vector<double> SignalChain::shares_of_beam(int beam) const {
+  if (sonar_.steers()) {
+    // The beam is weaker by the transmitter's pattern, and wider by the cosine, on which it
+    // projects the array. Its energy is the integral over the bed, whatever its length.
+    const double sine = std::sin(sonar_.bearing_rad(beam));
+    const LineArray sent = sonar_.transmit_array(options_.sound_speed_mps / sonar_.frequency_hz);
+    const double share = sent.power(sine) / std::sqrt(1.0 - sine * sine);
+    return std::vector<double>(law_.bins(), std::max(share, least_beam_share));
+  }
   const double offset_m = sonar_.beam_offset_m(beam);
   if (offset_m == 0.0) return {};
-  const auto its = beam_share(options_, law_, offset_m), middle = beam_share(options_, law_);
+  const auto its = beam_share(sonar_, options_, law_, offset_m),
+             middle = beam_share(sonar_, options_, law_);
   std::vector<double> shares = by_bin(law_, its);
   for (std::size_t bin = 0; bin < shares.size(); ++bin) shares[bin] /= moved_shares_[bin];
   if (!options_.arrivals.second_time_around) return shares;
@@ -271,6 +286,11 @@ std::vector<double> SignalChain::automatic_gain(std::size_t sector) const {
   return gain;
 }
 
+void SignalChain::sum_planes(const FanPlanes& planes, Scratch& scratch) const {
+  if (steered_ && options_.speckle)
+    steered_->sum(planes, sonar_.receiver.looks, taps_of(filter_).reach, scratch.steered);
+}
+
 void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoLine> lines,
                           Scratch& scratch) const {
   if (scratch.channels.size() < lines.size())
@@ -279,7 +299,8 @@ void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoL
   for (std::size_t i = 0; i < lines.size(); ++i) {
     channels[i].context = context_of(lines[i], contexts[i]);
     compute_expected(lines[i], channels[i]);
-    if (options_.speckle) scatterers_.place(contexts[i].array, lines[i].bins, channels[i].cells);
+    if (options_.speckle && !steered_)
+      scatterers_.place(contexts[i].array, lines[i].bins, channels[i].cells);
   }
   const auto partner = [&](std::size_t line) -> Channel* {
     for (Channel& other : channels)
@@ -293,7 +314,7 @@ void SignalChain::receive(std::span<const LineContext> contexts, std::span<EchoL
               behind_rms = output_noise_rms(contexts[0].t_s);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (Channel& channel : channels) {
-      sum_scatterers(look, channel);
+      sum_scatterers(look, scratch.steered, channel);
       if (options_.speckle) draw_noise(look, channel);
     }
     for (std::size_t i = 0; i < lines.size(); ++i)
@@ -402,7 +423,8 @@ void SignalChain::take_out_glints(const EchoLine& line, std::span<float> direct,
   }
 }
 
-void SignalChain::sum_scatterers(int look, Channel& channel) const {
+void SignalChain::sum_scatterers(int look, const SteeredSpeckle::Scratch& fields,
+                                 Channel& channel) const {
   const std::size_t room = gains_[0].size(), reach = taps_of(filter_).reach;
   const std::span<const float> direct = std::span(channel.direct).subspan(reach, room);
   channel.re.resize(room);
@@ -412,7 +434,9 @@ void SignalChain::sum_scatterers(int look, Channel& channel) const {
     std::ranges::fill(channel.im, 0.0f);
     return;
   }
-  if (reach == 0)
+  if (steered_)
+    shape_steered(look, direct, fields, channel);
+  else if (reach == 0)
     scatterers_.gather(channel.cells, look, direct, channel.re.data(), channel.im.data());
   else
     spread_scatterers(look, direct, channel);
@@ -438,6 +462,24 @@ void SignalChain::spread_scatterers(int look, std::span<const float> direct,
          .spread_re = channel.spread_re.data(),
          .spread_im = channel.spread_im.data(),
          .power = channel.direct.data(),
+         .wanted = direct.data(),
+         .re = channel.re.data(),
+         .im = channel.im.data()});
+}
+
+/// The speckle of a steered beam, summed over the pulse and scaled to the expected mean.
+void SignalChain::shape_steered(int look, std::span<const float> direct,
+                                const SteeredSpeckle::Scratch& fields, Channel& channel) const {
+  const std::size_t reach = taps_of(filter_).reach;
+  const auto beam = static_cast<std::size_t>(channel.context.beam);
+  const std::size_t begin = steered_->begin_of(beam, look, reach);
+  shape({.filter = taps_of(filter_),
+         .energy_taps = energy_taps_.data(),
+         .bins = direct.size(),
+         .spread_re = &fields.re[begin],
+         .spread_im = &fields.im[begin],
+         .power = &fields.variance[steered_->begin_of(beam, 0, reach)],
+         .wanted = direct.data(),
          .re = channel.re.data(),
          .im = channel.im.data()});
 }

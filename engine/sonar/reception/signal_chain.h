@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/sonar/reception/disturbances.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/engine/sonar/reception/steered_speckle.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sea_water.h>
 #include <ensonify/scatter/sound_speed_profile.h>
@@ -73,7 +74,11 @@ class SignalChain {
       Scatterers::Scratch cells;
     };
     std::vector<Channel> channels;  ///< by line
+    SteeredSpeckle::Scratch steered;
   };
+
+  /// Sums the speckle of all beams of a ping, if they are steered. Needed before receive().
+  void sum_planes(const FanPlanes& planes, Scratch& scratch) const;
 
   /// Fills the intensity and sample of some lines of a ping from their intensity_mean and places,
   /// and sets their artefacts. contexts: of each line. The lines of a pair of sectors receive each
@@ -118,8 +123,10 @@ class SignalChain {
   void compute_expected(EchoLine& line, Channel& channel) const;
   void leak_power(Channel& one, Channel& other) const;
   void take_out_glints(const EchoLine& line, std::span<float> direct, Channel& channel) const;
-  void sum_scatterers(int look, Channel& channel) const;
+  void sum_scatterers(int look, const SteeredSpeckle::Scratch& fields, Channel& channel) const;
   void spread_scatterers(int look, std::span<const float> direct, Channel& channel) const;
+  void shape_steered(int look, std::span<const float> direct, const SteeredSpeckle::Scratch& fields,
+                     Channel& channel) const;
   void draw_noise(int look, Channel& channel) const;
   void draw_white(const LineContext& context, int look, std::size_t count, std::vector<float>& re,
                   std::vector<float>& im) const;
@@ -134,6 +141,7 @@ class SignalChain {
   Sonar sonar_;
   ChainOptions options_;
   Scatterers scatterers_;
+  std::optional<SteeredSpeckle> steered_;  // if the beams are steered
   SonarEquation law_;
   std::vector<double> moved_shares_;  // of the two-way beam, at the nominal speed, by bin
   std::vector<double> sea_noise_;     // by sector

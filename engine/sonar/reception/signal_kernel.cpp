@@ -337,9 +337,11 @@ void shape(const Shaping& of) {
   const FilterTaps energy{.taps = of.energy_taps, .reach = reach, .even = of.filter.even};
   for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
     const VF spread = convolved(energy, of.power + reach + n);
-    const VF power = hn::LoadU(f, of.power + reach + n);
-    // The lower bound avoids a division by zero where there is no energy.
-    const VF scale = hn::Sqrt(power / hn::Max(spread, set(1e-30f)));
+    const VF power = hn::LoadU(f, of.wanted + n);
+    // The lower bound avoids a division by zero where there is no energy, or almost none within the
+    // filter's reach.
+    const VF least = hn::Max(set(1e-6f) * power, set(1e-30f));
+    const VF scale = hn::Sqrt(power / hn::Max(spread, least));
     hn::StoreU(scale * convolved(of.filter, of.spread_re + reach + n), f, of.re + n);
     hn::StoreU(scale * convolved(of.filter, of.spread_im + reach + n), f, of.im + n);
   }

@@ -110,8 +110,8 @@ struct Shaping {
   std::size_t bins;
   const float* spread_re;
   const float* spread_im;
-  /// Variance of the input fields; the outputs are scaled to have this variance, too.
-  const float* power;
+  const float* power;   ///< variance of the input fields, padded like them
+  const float* wanted;  ///< variance that the outputs are scaled to
   float* re;
   float* im;
 };

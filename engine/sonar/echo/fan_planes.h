@@ -1,0 +1,64 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/trace/ray_fan.h>
+
+namespace ensonify::engine {
+
+/// What the planes of one fan receive of one ping through one element of a receiver: the input of
+/// beams that are steered along the array. Tables have one row for each plane, and in it one value
+/// for each range bin, those beyond the sonar's last bin included from which a pulse reaches into
+/// it.
+struct FanPlanes {
+  const RayFan* fan = nullptr;  ///< whose planes these are; it lives as long as the ping's aim
+  std::size_t planes = 0, bins = 0;
+  /// The truth of each plane, in the sonar's bins. intensity_mean: as `energy`.
+  std::vector<EchoLine> lines;
+  std::vector<float> energy;    ///< expected, with gain and absorption, without the pulse; uPa^2
+  std::vector<float> sine;      ///< of the angle from the array's broadside, to what the bin saw
+  std::vector<float> lit;       ///< weight of the plane where it sees the bin
+  std::vector<float> shadowed;  ///< the same where the bin lies in shadow
+  /// A number for each label of a bin: instance, class and sediment.
+  std::vector<std::uint32_t> label;
+  /// Of each steered beam: its energy, as `energy`, summed over the planes; by beam and bin.
+  std::vector<float> received;
+  std::uint64_t rays = 0, hits = 0;
+
+  /// A steady echo of an object.
+  struct Glint {
+    double range_m;
+    double sine;
+    std::complex<double> field;
+    Eigen::Vector3d place;  ///< local metres
+    Label label;
+  };
+  std::vector<Glint> glints;
+
+  /// Keeps the memory.
+  void make_room(std::size_t plane_count, std::size_t bin_count, std::size_t sonar_bins) {
+    planes = plane_count, bins = bin_count;
+    for (auto* table : {&energy, &sine, &lit, &shadowed})
+      if (table->size() < planes * bins) table->resize(planes * bins);
+    if (label.size() < planes * bins) label.resize(planes * bins);
+    if (lines.size() < planes) lines.resize(planes);
+    for (std::size_t i = 0; i < planes; ++i)
+      if (lines[i].bins.intensity_mean.size() != sonar_bins) lines[i].bins.assign(sonar_bins);
+  }
+  float* energy_of(std::size_t plane) { return &energy[plane * bins]; }
+  const float* energy_of(std::size_t plane) const { return &energy[plane * bins]; }
+  float* sine_of(std::size_t plane) { return &sine[plane * bins]; }
+  const float* sine_of(std::size_t plane) const { return &sine[plane * bins]; }
+  std::uint32_t* label_of(std::size_t plane) { return &label[plane * bins]; }
+  float* lit_of(std::size_t plane) { return &lit[plane * bins]; }
+  float* shadowed_of(std::size_t plane) { return &shadowed[plane * bins]; }
+};
+
+}  // namespace ensonify::engine
