@@ -108,7 +108,7 @@ std::vector<Section<Scene>> made_scene_sections() {
             "echoes of the water and of its surface, transmit leakage, a recorder with noise, "
             "three looks and samples that clip, and a display on which beds get darker with range. "
             "ideal: none of these, and even ground (texture = false), for exact levels. auto: "
-            "survey if a sonar has a preset; otherwise ideal, but with texture.",
+            "survey if a sidescan has a preset; otherwise ideal, but with texture.",
             at(&Scene::conditions), {"auto", "ideal", "survey"}},
            {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},

@@ -160,10 +160,13 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
       lit[bin] = bins_.lit(bin);
       shadowed[bin] = bins_.shadowed(bin);
     }
+    for (float* row : {energy, lit, shadowed, sine})  // to the end of the last block
+      std::fill(row + bins_.size(), row + planes.bins,
+                row == sine ? static_cast<float>(aside) : 0.0f);
     bins_.write(labels_, fan.origin, line);
     std::copy_n(energy, line.bins.intensity_mean.size(), line.bins.intensity_mean.begin());
     std::uint32_t* label = planes.label_of(plane);
-    std::fill_n(label, bins_.size(), 0u);
+    std::fill_n(label, planes.bins, 0u);
     for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
       label[bin] =
           line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 | line.bins.sediment[bin];

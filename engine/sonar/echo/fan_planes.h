@@ -9,24 +9,26 @@
 
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/steered_kernel.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
 
 /// What the planes of one fan receive of one ping through one element of a receiver: the input of
 /// beams that are steered along the array. Tables have one row for each plane, and in it one value
-/// for each range bin, those beyond the sonar's last bin included from which a pulse reaches into
-/// it.
+/// for each range bin. There are more bins than the sonar has, because a pulse from beyond the last
+/// bin reaches into it, and the bins make whole blocks.
 struct FanPlanes {
-  const RayFan* fan = nullptr;  ///< whose planes these are; it lives as long as the ping's aim
+  const RayFan* fan = nullptr;  ///< the fan of the planes; it must live until the next ping
   std::size_t planes = 0, bins = 0;
   /// The truth of each plane, in the sonar's bins. intensity_mean: as `energy`.
   std::vector<EchoLine> lines;
   std::vector<float> energy;    ///< expected, with gain and absorption, without the pulse; uPa^2
   std::vector<float> sine;      ///< of the angle from the array's broadside, to what the bin saw
   std::vector<float> lit;       ///< weight of the plane where it sees the bin
-  std::vector<float> shadowed;  ///< the same where the bin lies in shadow
-  /// A number for each label of a bin: instance, class and sediment.
+  std::vector<float> shadowed;  ///< weight of the plane where the bin lies in shadow
+  /// A number of each bin's label (instance, class and sediment). Labels whose class or sediment is
+  /// above 255 may share a number; then `fraction` counts them as one.
   std::vector<std::uint32_t> label;
   /// Of each steered beam: its energy, as `energy`, summed over the planes; by beam and bin.
   std::vector<float> received;
@@ -44,7 +46,7 @@ struct FanPlanes {
 
   /// Keeps the memory.
   void make_room(std::size_t plane_count, std::size_t bin_count, std::size_t sonar_bins) {
-    planes = plane_count, bins = bin_count;
+    planes = plane_count, bins = whole_blocks(bin_count);
     for (auto* table : {&energy, &sine, &lit, &shadowed})
       if (table->size() < planes * bins) table->resize(planes * bins);
     if (label.size() < planes * bins) label.resize(planes * bins);

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include <ensonify/engine/sonar/echo/steered_kernel.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
@@ -19,7 +19,7 @@ namespace ensonify::engine {
 /// cosine (Fresnel's approximation). Lobes beyond Sonar::side_lobes count as 0.
 class SteeredBeams {
  public:
-  /// bins: of the tables that the beams are formed from; at least the sonar's.
+  /// bins: of the tables that the beams are formed from.
   SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t bins);
 
   std::size_t size() const { return sines_.size(); }
@@ -27,71 +27,69 @@ class SteeredBeams {
   double sine(std::size_t beam) const { return sines_[beam]; }
   /// The field that a beam receives from a direction whose sine is greater than the beam's by
   /// `off`, over that on its axis in the far field, from the range of a bin.
-  std::complex<float> field(std::size_t beam, std::size_t bin, double off) const {
-    return value(row_of(beam, bin), static_cast<float>(off * x_per_sine_));
-  }
+  std::complex<float> field(std::size_t beam, std::size_t bin, double off) const;
 
-  /// One thread's memory for for_each_weight().
+  /// The same for the kernels; valid while this exists.
+  BeamFields fields_of(std::size_t beam) const;
+
+  /// One thread's memory for for_each_range().
   struct Scratch {
-    struct Run {
-      std::size_t from, until;
-      float sine;
+    struct Range {
+      std::size_t first, last;
     };
-    std::vector<Run> runs;
+    std::vector<Range> ranges;  // by beam
   };
-  /// For the bins of one plane, whose directions have these sines: calls f(beam, from, until, w)
-  /// for each beam that receives something of them and each run of bins [from, until) with the
-  /// field w. Sines are rounded to a 128th of the distance of two nulls.
-  template <class F>
-  void for_each_weight(const float* sines, std::size_t bins, Scratch& scratch, F&& f) const {
-    cut_runs(sines, bins, scratch);
-    float low = 2.0f, high = -2.0f;
-    for (const Scratch::Run& run : scratch.runs) {
-      low = std::min(low, run.sine);
-      high = std::max(high, run.sine);
-    }
-    // The sines fall from beam to beam.
-    const auto begin = std::ranges::partition_point(
-        sines_, [&](double sine) { return sine > double(high + widest_); });
-    const auto end = std::partition_point(
-        begin, sines_.end(), [&](double sine) { return sine >= double(low - widest_); });
-    for (auto at = begin; at != end; ++at) {
-      const auto beam = static_cast<std::size_t>(at - sines_.begin());
-      const auto axis = static_cast<float>(*at);
-      for (const Scratch::Run& run : scratch.runs) {
-        const std::complex<float> weight = field(beam, run.from, double(run.sine - axis));
-        if (weight != 0.0f) f(beam, run.from, run.until, weight);
+  /// For a block of bins that begins at `bin`: calls f(beam, first, last) for each beam that may
+  /// receive something from the planes [first, last). sines: the direction of what each plane sees
+  /// in each bin, a row of `stride` for each plane. Planes of which wanted(plane) is false are left
+  /// out at both ends.
+  template <class Wanted, class F>
+  void for_each_range(const float* sines, std::size_t planes, std::size_t stride, std::size_t bin,
+                      Scratch& scratch, Wanted&& wanted, F&& f) const {
+    scratch.ranges.assign(size(), {planes, 0});
+    const double reach = reach_of_block_[bin / steered_block];
+    std::size_t begin = 0, end = 0;  // neighbouring planes reach nearly the same beams
+    for (std::size_t plane = 0; plane < planes; ++plane) {
+      if (!wanted(plane)) continue;
+      const float* of_plane = sines + plane * stride + bin;
+      const auto [low, high] = std::minmax_element(of_plane, of_plane + steered_block);
+      move_to(double(*high) + reach, begin);
+      move_to(double(*low) - reach, end);
+      for (std::size_t beam = begin; beam < end; ++beam) {
+        scratch.ranges[beam].first = std::min(scratch.ranges[beam].first, plane);
+        scratch.ranges[beam].last = plane + 1;
       }
     }
+    for (std::size_t beam = 0; beam < size(); ++beam)
+      if (const auto [first, last] = scratch.ranges[beam]; first < last) f(beam, first, last);
   }
 
  private:
   static constexpr float columns_per_x = 64.0f;
+  /// The fields at one nearness.
   struct Row {
     std::size_t first;
     float columns;
   };
-  void cut_runs(const float* sines, std::size_t bins, Scratch& scratch) const;
-  void add_row(const Shading& shading, double nearness, double lobes_x);
-  const Row& row_of(std::size_t beam, std::size_t bin) const {
-    if (rows_.size() == 1) return rows_[0];
-    const int row = row_of_bin_[bin] + row_of_beam_[beam];
-    return rows_[static_cast<std::size_t>(std::max(row, 0))];
-  }
-  std::complex<float> value(const Row& row, float x) const {
-    const float place = std::abs(x) * columns_per_x;
-    if (!(place < row.columns)) return 0.0f;
-    const auto column = static_cast<std::size_t>(place);
-    const std::complex<float>* at = &values_[row.first + column];
-    return at[0] + (place - static_cast<float>(column)) * (at[1] - at[0]);
+  /// The rows that the bins have in a beam. Beams of nearly the same bearing share them.
+  struct RowsOfBins {
+    std::vector<std::int32_t> first;
+    std::vector<float> columns;
+  };
+  Row add_row(const Shading& shading, double nearness, double lobes_x);
+  /// Moves `beam` to the first beam whose sine is at most `sine`. The sines fall from beam to beam.
+  void move_to(double sine, std::size_t& beam) const {
+    while (beam > 0 && sines_[beam - 1] <= sine) --beam;
+    while (beam < sines_.size() && sines_[beam] > sine) ++beam;
   }
 
   double x_per_sine_;
-  float widest_ = 0.0f;  // the farthest that any beam receives from its axis, as a sine
   std::vector<double> sines_;
-  std::vector<int> row_of_bin_, row_of_beam_;  // their sum is a row; below 0: the first
-  std::vector<Row> rows_;
-  std::vector<std::complex<float>> values_;
+  std::vector<float> values_;  // real and imaginary parts, row by row
+  bool is_real_ = true;        // whether all imaginary parts are 0
+  std::vector<RowsOfBins> rows_;
+  std::vector<std::size_t> rows_of_beam_;
+  std::vector<double> reach_of_block_;  // the farthest that any beam receives from its axis
 };
 
 }  // namespace ensonify::engine

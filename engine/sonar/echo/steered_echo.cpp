@@ -8,11 +8,19 @@
 
 namespace ensonify::engine {
 
+SteeredEcho::TruthRow SteeredEcho::truth_row(BinLayers& bins) {
+  return {bins.x_m.data(),      bins.y_m.data(),
+          bins.z_m.data(),      bins.grazing_rad.data(),
+          bins.sediment.data(), bins.class_id.data(),
+          bins.instance.data(), bins.layover.data(),
+          bins.region.data(),   bins.shadow_instance.data()};
+}
+
 SteeredEcho::SteeredEcho(const Sonar& sonar, const Medium& medium, const SteeredBeams& beams,
                          std::size_t bins)
     : beams_(beams),
       bin_m_(sonar.bin_m()),
-      bins_(bins),
+      bins_(whole_blocks(bins)),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
       steady_(sonar.pulse, medium.sound_speed_mps, sonar.bin_m(),
               static_cast<std::size_t>(sonar.bins)),
@@ -20,13 +28,15 @@ SteeredEcho::SteeredEcho(const Sonar& sonar, const Medium& medium, const Steered
 
 void SteeredEcho::form(FanPlanes& planes, std::span<EchoLine> lines) {
   add_planes(planes);
-  planes.received = energy_;
+  plane_rows_.clear();
+  for (std::size_t plane = 0; plane < planes.planes; ++plane)
+    plane_rows_.push_back(truth_row(planes.lines[plane].bins));
   for (std::size_t beam = 0; beam < lines.size(); ++beam) {
     EchoLine& line = lines[beam];
     line.rays = beam == 0 ? planes.rays : 0;  // one fan serves all beams
     line.hits = beam == 0 ? planes.hits : 0;
     line.walls.clear();
-    spread(beam);
+    spread(&planes.received[beam * bins_]);
     write_truth(planes, beam, line);
     add_glints(planes, beam, line);
     for (std::size_t bin = 0; bin < spread_.size(); ++bin) {
@@ -36,49 +46,45 @@ void SteeredEcho::form(FanPlanes& planes, std::span<EchoLine> lines) {
   }
 }
 
-BeamBins SteeredEcho::sums_of(std::size_t beam, std::size_t from) {
-  const std::size_t at = beam * bins_ + from;
-  return {.energy = &energy_[at],
+BeamBins SteeredEcho::sums_of(FanPlanes& planes, std::size_t beam) {
+  const std::size_t at = beam * bins_;
+  return {.energy = &planes.received[at],
           .lit = &lit_[at],
           .shadowed = &shadowed_[at],
           .of_label = &of_label_[at],
           .most = &most_[at],
-          .most_shadowed = &most_shadowed_[at],
-          .label = &label_[at],
           .plane = &plane_[at],
           .shadowing_plane = &shadowing_plane_[at]};
 }
 
-void SteeredEcho::add_planes(const FanPlanes& planes) {
-  for (auto* sums : {&energy_, &lit_, &shadowed_, &of_label_, &most_, &most_shadowed_})
+void SteeredEcho::add_planes(FanPlanes& planes) {
+  for (auto* sums : {&planes.received, &lit_, &shadowed_, &of_label_, &most_})
     sums->assign(beams_.size() * bins_, 0.0f);
-  for (auto* numbers : {&label_, &plane_, &shadowing_plane_})
-    numbers->assign(beams_.size() * bins_, 0u);
-  const auto for_each = [&](const auto& add) {
-    for (std::size_t plane = 0; plane < planes.planes; ++plane) {
-      const std::size_t row = plane * planes.bins;
-      beams_.for_each_weight(
-          &planes.sine[row], planes.bins, scratch_,
-          [&](std::size_t beam, std::size_t from, std::size_t until, std::complex<float> field) {
-            const std::size_t at = row + from;
-            add(PlaneBins{&planes.energy[at], &planes.lit[at], &planes.shadowed[at],
-                          &planes.label[at]},
-                static_cast<std::uint32_t>(plane), std::norm(field), until - from,
-                sums_of(beam, from));
-          });
-    }
-  };
-  for_each([](const PlaneBins& plane, std::uint32_t number, float power, std::size_t bins,
-              const BeamBins& beam) { add_plane(plane, number, power, bins, beam); });
-  for_each([](const PlaneBins& plane, std::uint32_t, float power, std::size_t bins,
-              const BeamBins& beam) { add_same_label(plane, power, bins, beam); });
+  for (auto* numbers : {&plane_, &shadowing_plane_}) numbers->assign(beams_.size() * bins_, 0u);
+  powers_.resize(std::max(powers_.size(), planes.planes * steered_block));
+  const PlaneBins seen{planes.energy.data(), planes.lit.data(), planes.shadowed.data(),
+                       planes.label.data()};
+  for (std::size_t bin = 0; bin < bins_; bin += steered_block) {
+    const auto sees_something = [&](std::size_t plane) {
+      const std::size_t at = plane * bins_ + bin;
+      for (const float* table : {seen.lit + at, seen.shadowed + at, seen.energy + at})
+        if (std::any_of(table, table + steered_block, [](float value) { return value != 0.0f; }))
+          return true;
+      return false;
+    };
+    beams_.for_each_range(planes.sine.data(), planes.planes, bins_, bin, scratch_, sees_something,
+                          [&](std::size_t beam, std::size_t first, std::size_t last) {
+                            receive_planes({first, last, bins_, bin, planes.sine.data()}, seen,
+                                           beams_.fields_of(beam), powers_.data(),
+                                           sums_of(planes, beam));
+                          });
+  }
 }
 
-void SteeredEcho::spread(std::size_t beam) {
+void SteeredEcho::spread(const float* energy) {
   const std::size_t margin = pulse_.weights.size();
   padded_.assign(bins_ + 2 * margin, 0.0);
-  for (std::size_t bin = 0; bin < bins_; ++bin)
-    padded_[margin + bin] = double(energy_[beam * bins_ + bin]);
+  for (std::size_t bin = 0; bin < bins_; ++bin) padded_[margin + bin] = double(energy[bin]);
   spread_by_pulse(pulse_, &padded_[margin], spread_);
 }
 
@@ -100,7 +106,8 @@ void SteeredEcho::add_glints(const FanPlanes& planes, std::size_t beam, EchoLine
     out.sediment[bin] = glint.label.sediment;
     out.class_id[bin] = glint.label.class_id;
     out.instance[bin] = glint.label.instance;
-    out.fraction[bin] = static_cast<float>(power / (power + double(energy_[beam * bins_ + bin])));
+    out.fraction[bin] =
+        static_cast<float>(power / (power + double(planes.received[beam * bins_ + bin])));
     out.region[bin] = static_cast<std::uint32_t>(Region::object);
   }
   steady_.write(line.glint_re, line.glint_im);
@@ -111,43 +118,43 @@ void SteeredEcho::add_glints(const FanPlanes& planes, std::size_t beam, EchoLine
 }
 
 void SteeredEcho::write_truth(const FanPlanes& planes, std::size_t beam, EchoLine& line) const {
-  BinLayers& out = line.bins;
+  // The layers' addresses, because a loop over the vectors themselves is slower.
+  const TruthRow out = truth_row(line.bins);
+  float *const fraction = line.bins.fraction.data(), *const shadow_fraction =
+                                                         line.bins.shadow_fraction.data();
+  const std::size_t row = beam * bins_;
+  const float* energy = &planes.received[row];
   line.first_return = -1;
   line.starved = 0;
   for (std::size_t bin = 0; bin < spread_.size(); ++bin) {
-    const std::size_t at = beam * bins_ + bin;
-    const BinLayers& strongest = planes.lines[plane_[at]].bins;
-    const bool lit = energy_[at] > 0.0f;
+    const std::size_t at = row + bin;
+    const bool lit = energy[bin] > 0.0f;
     if (lit && line.first_return < 0) line.first_return = static_cast<int>(bin);
-    out.x_m[bin] = lit ? strongest.x_m[bin] : 0.0f;
-    out.y_m[bin] = lit ? strongest.y_m[bin] : 0.0f;
-    out.z_m[bin] = lit ? strongest.z_m[bin] : 0.0f;
-    out.grazing_rad[bin] = lit ? strongest.grazing_rad[bin] : 0.0f;
-    out.sediment[bin] = lit ? strongest.sediment[bin] : 0;
-    out.class_id[bin] = lit ? strongest.class_id[bin] : 0;
-    out.instance[bin] = lit ? strongest.instance[bin] : 0;
-    out.layover[bin] = lit ? strongest.layover[bin] : 0;
-    out.fraction[bin] = lit ? of_label_[at] / energy_[at] : 0.0f;
+    if (lit)
+      out.copy(plane_rows_[plane_[at]], bin);
+    else
+      out.clear(bin);
+    fraction[bin] = lit ? of_label_[at] / energy[bin] : 0.0f;
     const float dark = shadowed_[at] > 0.0f ? shadowed_[at] / (lit_[at] + shadowed_[at]) : 0.0f;
-    out.shadow_fraction[bin] = dark;
+    shadow_fraction[bin] = dark;
     out.shadow_instance[bin] =
-        dark > 0.0f ? planes.lines[shadowing_plane_[at]].bins.shadow_instance[bin] : 0;
+        dark > 0.0f ? plane_rows_[shadowing_plane_[at]].shadow_instance[bin] : 0;
     Region region = Region::no_data;
     if (line.first_return < 0)
       region = Region::water_column;
     else if (dark > 0.5f)
       region = Region::shadow;
     else if (lit)
-      region = strongest.region[bin] == static_cast<std::uint32_t>(Region::object) ? Region::object
-                                                                                   : Region::seabed;
+      region = out.region[bin] == static_cast<std::uint32_t>(Region::object) ? Region::object
+                                                                             : Region::seabed;
     else
       ++line.starved;
     out.region[bin] = static_cast<std::uint32_t>(region);
   }
   if (line.first_return < 0)
-    std::ranges::fill(out.region, static_cast<std::uint32_t>(Region::no_data));
+    std::ranges::fill(line.bins.region, static_cast<std::uint32_t>(Region::no_data));
   else
-    line.starved -= fill_with_water(out.region);
+    line.starved -= fill_with_water(line.bins.region);
 }
 
 }  // namespace ensonify::engine

@@ -16,66 +16,122 @@ namespace HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using F = hn::ScalableTag<float>;
+using F = hn::CappedTag<float, steered_block>;
+using I = hn::RebindToSigned<F>;
+using U = hn::RebindToUnsigned<F>;
 constexpr F f;
+constexpr I whole;
+constexpr U number;
+using Floats = hn::Vec<F>;
 
-/// Calls part(lanes tag, bin) for whole registers, then for single bins.
+struct Field {
+  Floats re, im;
+};
+
+/// A beam's field in the lanes of a register, for one plane after the other.
+class FieldTable {
+ public:
+  HWY_INLINE FieldTable(const BeamFields& fields, std::size_t bin)
+      : values_(fields.values),
+        first_(hn::LoadU(whole, fields.first + bin)),
+        columns_(hn::LoadU(f, fields.columns + bin)),
+        axis_(hn::Set(f, fields.axis)),
+        per_sine_(hn::Set(f, fields.columns_per_sine)),
+        is_real_(fields.is_real) {}
+
+  /// The field from the directions with these sines; false if it is 0 in all lanes.
+  HWY_INLINE bool at(Floats sine, Field& field) const {
+    const Floats place = hn::Mul(hn::Abs(hn::Sub(sine, axis_)), per_sine_);
+    const auto received = hn::Lt(place, columns_);
+    if (hn::AllFalse(f, received)) return false;
+    const auto column = hn::ConvertTo(whole, hn::IfThenElseZero(received, place));
+    const auto value = hn::ShiftLeft<1>(hn::Add(first_, column));
+    const Floats share = hn::Sub(place, hn::ConvertTo(f, column));
+    const auto interpolated = [&](int part) HWY_ATTR {
+      const Floats low = hn::GatherIndex(f, values_ + part, value),
+                   high = hn::GatherIndex(f, values_ + 2 + part, value);
+      return hn::IfThenElseZero(received, hn::Add(low, hn::Mul(share, hn::Sub(high, low))));
+    };
+    field = {interpolated(0), is_real_ ? hn::Zero(f) : interpolated(1)};
+    return true;
+  }
+
+ private:
+  const float* values_;
+  hn::Vec<I> first_;
+  Floats columns_, axis_, per_sine_;
+  bool is_real_;
+};
+
 template <class Part>
-HWY_INLINE void over_bins(std::size_t bins, Part&& part) {
-  std::size_t n = 0;
-  for (; n + hn::Lanes(f) <= bins; n += hn::Lanes(f)) part(f, n);
-  for (; n < bins; ++n) part(hn::CappedTag<float, 1>(), n);
+HWY_INLINE void over_block(std::size_t bin, Part&& part) {
+  for (std::size_t n = 0; n < steered_block; n += hn::Lanes(f)) part(bin + n);
 }
 
 }  // namespace
 
-void add_plane(const PlaneBins& plane, std::uint32_t number, float power, std::size_t bins,
-               const BeamBins& beam) {
-  over_bins(bins, [&](auto tag, std::size_t n) HWY_ATTR {
-    const hn::RebindToUnsigned<decltype(tag)> whole;
-    const auto factor = hn::Set(tag, power);
-    const auto its_number = hn::Set(whole, number);
-    const auto add = [&](const float* from, float* to) HWY_ATTR {
-      const auto here = hn::Mul(factor, hn::LoadU(tag, from + n));
-      hn::StoreU(hn::Add(hn::LoadU(tag, to + n), here), tag, to + n);
-      return here;
-    };
-    const auto take = [&](auto where, auto value, std::uint32_t* to) HWY_ATTR {
-      const auto mask = hn::RebindMask(whole, where);
-      hn::StoreU(hn::IfThenElse(mask, value, hn::LoadU(whole, to + n)), whole, to + n);
-    };
-    add(plane.lit, beam.lit);
-    const auto here = add(plane.energy, beam.energy);
-    const auto most = hn::LoadU(tag, beam.most + n);
-    const auto stronger = hn::Gt(here, most);
-    hn::StoreU(hn::Max(here, most), tag, beam.most + n);
-    take(stronger, its_number, beam.plane);
-    take(stronger, hn::LoadU(whole, plane.label + n), beam.label);
-    const auto dark = add(plane.shadowed, beam.shadowed);
-    const auto most_dark = hn::LoadU(tag, beam.most_shadowed + n);
-    hn::StoreU(hn::Max(dark, most_dark), tag, beam.most_shadowed + n);
-    take(hn::Gt(dark, most_dark), its_number, beam.shadowing_plane);
+void receive_planes(const PlaneBlock& block, const PlaneBins& planes, const BeamFields& fields,
+                    float* powers, const BeamBins& beam) {
+  over_block(block.bin, [&](std::size_t bin) HWY_ATTR {
+    const FieldTable table(fields, bin);
+    Floats energy = hn::Zero(f), lit = energy, shadowed = energy, most = energy, most_dark = energy,
+           of_label = energy;
+    auto label = hn::Zero(number), strongest = label, darkest = label;
+    for (std::size_t plane = block.first; plane < block.last; ++plane) {
+      const std::size_t at = plane * block.stride + bin;
+      float* its_powers = powers + (plane - block.first) * steered_block;
+      Field field;
+      if (!table.at(hn::LoadU(f, block.sine + at), field)) {
+        hn::StoreU(hn::Zero(f), f, its_powers);
+        continue;
+      }
+      const Floats power = hn::Add(hn::Mul(field.re, field.re), hn::Mul(field.im, field.im));
+      hn::StoreU(power, f, its_powers);
+      const auto its_number = hn::Set(number, static_cast<std::uint32_t>(plane));
+      const Floats here = hn::Mul(power, hn::LoadU(f, planes.energy + at));
+      energy = hn::Add(energy, here);
+      const auto stronger = hn::RebindMask(number, hn::Gt(here, most));
+      most = hn::Max(here, most);
+      strongest = hn::IfThenElse(stronger, its_number, strongest);
+      label = hn::IfThenElse(stronger, hn::LoadU(number, planes.label + at), label);
+      lit = hn::Add(lit, hn::Mul(power, hn::LoadU(f, planes.lit + at)));
+      const Floats dark = hn::Mul(power, hn::LoadU(f, planes.shadowed + at));
+      shadowed = hn::Add(shadowed, dark);
+      darkest =
+          hn::IfThenElse(hn::RebindMask(number, hn::Gt(dark, most_dark)), its_number, darkest);
+      most_dark = hn::Max(dark, most_dark);
+    }
+    for (std::size_t plane = block.first; plane < block.last; ++plane) {
+      const std::size_t at = plane * block.stride + bin;
+      const auto same = hn::Eq(hn::LoadU(number, planes.label + at), label);
+      const Floats here = hn::Mul(hn::LoadU(f, powers + (plane - block.first) * steered_block),
+                                  hn::LoadU(f, planes.energy + at));
+      of_label = hn::Add(of_label, hn::IfThenElseZero(hn::RebindMask(f, same), here));
+    }
+    hn::StoreU(energy, f, beam.energy + bin);
+    hn::StoreU(lit, f, beam.lit + bin);
+    hn::StoreU(shadowed, f, beam.shadowed + bin);
+    hn::StoreU(of_label, f, beam.of_label + bin);
+    hn::StoreU(most, f, beam.most + bin);
+    hn::StoreU(strongest, number, beam.plane + bin);
+    hn::StoreU(darkest, number, beam.shadowing_plane + bin);
   });
 }
 
-void add_same_label(const PlaneBins& plane, float power, std::size_t bins, const BeamBins& beam) {
-  over_bins(bins, [&](auto tag, std::size_t n) HWY_ATTR {
-    const hn::RebindToUnsigned<decltype(tag)> whole;
-    const auto same = hn::Eq(hn::LoadU(whole, plane.label + n), hn::LoadU(whole, beam.label + n));
-    const auto here = hn::IfThenElseZero(
-        hn::RebindMask(tag, same), hn::Mul(hn::Set(tag, power), hn::LoadU(tag, plane.energy + n)));
-    hn::StoreU(hn::Add(hn::LoadU(tag, beam.of_label + n), here), tag, beam.of_label + n);
-  });
-}
-
-void add_field(const FieldSums& of, std::size_t bins) {
-  over_bins(bins, [&](auto tag, std::size_t n) HWY_ATTR {
-    const auto re = hn::Set(tag, of.re), im = hn::Set(tag, of.im);
-    const auto a = hn::LoadU(tag, of.plane_re + n), b = hn::LoadU(tag, of.plane_im + n);
-    const auto sum_re = hn::Sub(hn::Mul(re, a), hn::Mul(im, b));
-    const auto sum_im = hn::Add(hn::Mul(re, b), hn::Mul(im, a));
-    hn::StoreU(hn::Add(hn::LoadU(tag, of.sum_re + n), sum_re), tag, of.sum_re + n);
-    hn::StoreU(hn::Add(hn::LoadU(tag, of.sum_im + n), sum_im), tag, of.sum_im + n);
+void receive_fields(const PlaneBlock& block, const BeamFields& fields, const FieldSums& sums) {
+  over_block(block.bin, [&](std::size_t bin) HWY_ATTR {
+    const FieldTable table(fields, bin);
+    Floats re = hn::Zero(f), im = re;
+    for (std::size_t plane = block.first; plane < block.last; ++plane) {
+      const std::size_t at = plane * block.stride + bin;
+      Field field;
+      if (!table.at(hn::LoadU(f, block.sine + at), field)) continue;
+      const Floats a = hn::LoadU(f, sums.plane_re + at), b = hn::LoadU(f, sums.plane_im + at);
+      re = hn::Add(re, hn::Sub(hn::Mul(field.re, a), hn::Mul(field.im, b)));
+      im = hn::Add(im, hn::Add(hn::Mul(field.re, b), hn::Mul(field.im, a)));
+    }
+    hn::StoreU(re, f, sums.sum_re + bin);
+    hn::StoreU(im, f, sums.sum_im + bin);
   });
 }
 
@@ -86,19 +142,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
-HWY_EXPORT(add_plane);
-HWY_EXPORT(add_same_label);
-HWY_EXPORT(add_field);
+HWY_EXPORT(receive_planes);
+HWY_EXPORT(receive_fields);
 
-void add_plane(const PlaneBins& plane, std::uint32_t number, float power, std::size_t bins,
-               const BeamBins& beam) {
-  HWY_DYNAMIC_DISPATCH(add_plane)(plane, number, power, bins, beam);
+void receive_planes(const PlaneBlock& block, const PlaneBins& planes, const BeamFields& fields,
+                    float* powers, const BeamBins& beam) {
+  HWY_DYNAMIC_DISPATCH(receive_planes)(block, planes, fields, powers, beam);
 }
-void add_same_label(const PlaneBins& plane, float power, std::size_t bins, const BeamBins& beam) {
-  HWY_DYNAMIC_DISPATCH(add_same_label)(plane, power, bins, beam);
-}
-void add_field(const FieldSums& sums, std::size_t bins) {
-  HWY_DYNAMIC_DISPATCH(add_field)(sums, bins);
+void receive_fields(const PlaneBlock& block, const BeamFields& fields, const FieldSums& sums) {
+  HWY_DYNAMIC_DISPATCH(receive_fields)(block, fields, sums);
 }
 
 }  // namespace ensonify::engine

@@ -5,36 +5,55 @@
 
 namespace ensonify::engine {
 
-// Kernels over the bins of one plane and one steered beam. They are compiled once for each kind of
-// vector register; all variants do the same operations on each number, without fused operations, so
-// their results have the same bits. Arrays have one value per bin.
+// Kernels that sum the planes of a fan to steered beams, for a block of bins. They are compiled
+// once for each kind of vector register; all variants do the same operations on each number, in the
+// same order and without fused operations, so their results have the same bits.
 
-/// What a plane sees.
+/// The number of bins of a block. Tables over bins have room for whole blocks.
+inline constexpr std::size_t steered_block = 16;
+constexpr std::size_t whole_blocks(std::size_t bins) {
+  return (bins + steered_block - 1) / steered_block * steered_block;
+}
+
+/// What a beam receives from a direction: a table of complex fields over the distance of the
+/// direction's sine from that of the beam, interpolated linearly. A bin may have its own table.
+struct BeamFields {
+  const float* values;        ///< real and imaginary part of each
+  const std::int32_t* first;  ///< by bin: the number of the value at distance 0
+  const float* columns;       ///< by bin: from this distance on, in columns, the field counts as 0
+  bool is_real;               ///< whether all imaginary parts are 0
+  float axis, columns_per_sine;
+};
+
+/// The planes [first, last) of a fan, in a block that begins at `bin`. A plane's row of a table is
+/// `stride` values long.
+struct PlaneBlock {
+  std::size_t first, last, stride, bin;
+  const float* sine;  ///< of the direction of what the plane sees in a bin
+};
+
+/// What planes see, plane by plane.
 struct PlaneBins {
-  const float* energy;
-  const float* lit;
-  const float* shadowed;
+  const float *energy, *lit, *shadowed;
   const std::uint32_t* label;  ///< FanPlanes::label
 };
-/// The sums of a beam over the planes, and which plane adds most.
+/// What one beam receives in each bin.
 struct BeamBins {
   float *energy, *lit, *shadowed;
-  float* of_label;  ///< the energy that has the label of the strongest plane
-  float *most, *most_shadowed;
-  std::uint32_t *label, *plane, *shadowing_plane;
+  float* of_label;                         ///< the energy that has the label of the strongest plane
+  float* most;                             ///< the energy of the strongest plane
+  std::uint32_t *plane, *shadowing_plane;  ///< the strongest plane, and that of the most shadow
 };
-/// Adds a plane, times the power that the beam receives from it.
-void add_plane(const PlaneBins& plane, std::uint32_t number, float power, std::size_t bins,
-               const BeamBins& beam);
-/// Adds the plane's energy to `of_label` in bins where its label is the strongest plane's.
-void add_same_label(const PlaneBins& plane, float power, std::size_t bins, const BeamBins& beam);
+/// Sums the planes, each times the power that the beam receives from it. `powers` has room for
+/// steered_block values for each plane.
+void receive_planes(const PlaneBlock& block, const PlaneBins& planes, const BeamFields& fields,
+                    float* powers, const BeamBins& beam);
 
-/// Adds a plane's complex field, times the field (re, im) that the beam receives from it.
+/// Sums complex fields of planes, each times the field that the beam receives from it.
 struct FieldSums {
-  const float *plane_re, *plane_im;
-  float re, im;
-  float *sum_re, *sum_im;
+  const float *plane_re, *plane_im;  ///< plane by plane
+  float *sum_re, *sum_im;            ///< of the beam, by bin
 };
-void add_field(const FieldSums& sums, std::size_t bins);
+void receive_fields(const PlaneBlock& block, const BeamFields& fields, const FieldSums& sums);
 
 }  // namespace ensonify::engine

@@ -237,7 +237,7 @@ Sonar usual_sonar(SonarKind kind) {
   sonar.vertical.tilt_rad = 0.0;
   sonar.sector_low_rad = -25.0 * degree;
   sonar.sector_high_rad = 25.0 * degree;
-  sonar.planes = 8;
+  sonar.planes = 4;
   sonar.elevations = 512;
   return sonar;
 }

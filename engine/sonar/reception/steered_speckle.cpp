@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 
 #include <ensonify/engine/sonar/echo/steered_kernel.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
@@ -20,16 +19,13 @@ SteeredSpeckle::SteeredSpeckle(const Sonar& sonar, double sound_speed_mps, std::
       bins_(static_cast<std::size_t>(sonar.bins)),
       room_(whole_groups(bins_)) {}
 
-void SteeredSpeckle::sum(const FanPlanes& planes, int looks, std::size_t reach,
-                         Scratch& scratch) const {
+/// Sums the scatterers of each plane.
+void SteeredSpeckle::gather(const FanPlanes& planes, int looks, Scratch& scratch) const {
   const RayFan& fan = *planes.fan;
-  const std::size_t all = begin_of(0, 1, reach);
-  scratch.re.assign(all * static_cast<std::size_t>(looks), 0.0f);
-  scratch.im.assign(all * static_cast<std::size_t>(looks), 0.0f);
-  scratch.variance.assign(all, 0.0f);
+  const std::size_t of_look = planes.planes * planes.bins;
+  for (auto* fields : {&scratch.plane_re, &scratch.plane_im})
+    fields->assign(of_look * static_cast<std::size_t>(looks), 0.0f);
   scratch.power.resize(room_);
-  scratch.plane_re.resize(room_);
-  scratch.plane_im.resize(room_);
   for (std::size_t plane = 0; plane < planes.planes; ++plane) {
     const float* energy = planes.energy_of(plane);
     if (std::all_of(energy, energy + bins_, [](float e) { return e == 0.0f; })) continue;
@@ -41,21 +37,39 @@ void SteeredSpeckle::sum(const FanPlanes& planes, int looks, std::size_t reach,
         fan.origin, its.cos_azimuth * fan.array_axis - its.sin_azimuth * fan.middle, -fan.pole};
     scatterers_.place(frame, planes.lines[plane].bins, scratch.cells, table);
     for (int look = 0; look < looks; ++look) {
-      scatterers_.gather(scratch.cells, look, scratch.power, scratch.plane_re.data(),
-                         scratch.plane_im.data(), table);
-      beams_.for_each_weight(
-          planes.sine_of(plane), bins_, scratch.runs,
-          [&](std::size_t beam, std::size_t from, std::size_t until, std::complex<float> field) {
-            const std::size_t begin = begin_of(beam, look, reach) + reach + from;
-            add_field({.plane_re = &scratch.plane_re[from],
-                       .plane_im = &scratch.plane_im[from],
-                       .re = field.real(),
-                       .im = field.imag(),
-                       .sum_re = &scratch.re[begin],
-                       .sum_im = &scratch.im[begin]},
-                      until - from);
-          });
+      const std::size_t at = static_cast<std::size_t>(look) * of_look + plane * planes.bins;
+      scatterers_.gather(scratch.cells, look, scratch.power, &scratch.plane_re[at],
+                         &scratch.plane_im[at], table);
     }
+  }
+}
+
+void SteeredSpeckle::sum(const FanPlanes& planes, int looks, std::size_t reach,
+                         Scratch& scratch) const {
+  gather(planes, looks, scratch);
+  const std::size_t all = begin_of(0, 1, reach), of_look = planes.planes * planes.bins;
+  scratch.re.assign(all * static_cast<std::size_t>(looks), 0.0f);
+  scratch.im.assign(all * static_cast<std::size_t>(looks), 0.0f);
+  scratch.variance.assign(all, 0.0f);
+  for (std::size_t bin = 0; bin < room_; bin += steered_block) {
+    const auto returns_something = [&](std::size_t plane) {
+      const float* energy = planes.energy_of(plane) + bin;
+      return std::any_of(energy, energy + steered_block, [](float e) { return e != 0.0f; });
+    };
+    beams_.for_each_range(planes.sine.data(), planes.planes, planes.bins, bin, scratch.ranges,
+                          returns_something,
+                          [&](std::size_t beam, std::size_t first, std::size_t last) {
+                            for (int look = 0; look < looks; ++look) {
+                              const std::size_t from = static_cast<std::size_t>(look) * of_look,
+                                                to = begin_of(beam, look, reach) + reach;
+                              receive_fields({first, last, planes.bins, bin, planes.sine.data()},
+                                             beams_.fields_of(beam),
+                                             {.plane_re = &scratch.plane_re[from],
+                                              .plane_im = &scratch.plane_im[from],
+                                              .sum_re = &scratch.re[to],
+                                              .sum_im = &scratch.im[to]});
+                            }
+                          });
   }
   for (std::size_t beam = 0; beam < beams_.size(); ++beam)
     std::copy_n(&planes.received[beam * planes.bins], bins_,

@@ -28,10 +28,10 @@ class SteeredSpeckle {
   struct Scratch {
     std::vector<float> re, im;    ///< by look, beam and bin, before the pulse; each beam padded
     std::vector<float> variance;  ///< of these fields, by beam and bin, padded likewise
-    // Of one plane:
-    std::vector<float> power, plane_re, plane_im;
+    std::vector<float> plane_re, plane_im;  // by look, plane and bin
+    std::vector<float> power;               // of one plane
     Scatterers::Scratch cells;
-    SteeredBeams::Scratch runs;
+    SteeredBeams::Scratch ranges;
   };
   /// Sums the fields of all beams for a number of looks. reach: bins by which each beam is padded
   /// at both ends.
@@ -42,6 +42,7 @@ class SteeredSpeckle {
   }
 
  private:
+  void gather(const FanPlanes& planes, int looks, Scratch& scratch) const;
   SteeredBeams beams_;
   Scatterers scatterers_;
   std::size_t bins_, room_;
