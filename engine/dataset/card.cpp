@@ -60,7 +60,10 @@ std::string hub_metadata(const Card& card) {
   if (!card.licence.empty()) fmt::format_to(out, "license: {}\n", quoted(lower_case(card.licence)));
   text +=
       "task_categories:\n- object-detection\n- image-segmentation\n"
-      "tags:\n- sonar\n- sidescan-sonar\n- synthetic\n";
+      "tags:\n- sonar\n";
+  for (const std::string_view kind : {"sidescan", "imaging"})
+    if (card.sonars().find(kind) != std::string::npos) fmt::format_to(out, "- {}-sonar\n", kind);
+  text += "- synthetic\n";
   std::size_t pictures = 0;
   for (const auto& [group, count] : card.images) pictures += count;
   fmt::format_to(out, "size_categories:\n- {}\n", size_category(pictures));
@@ -155,15 +158,22 @@ std::string Realised::text() const {
   return text;
 }
 
+std::string Card::sonars() const {
+  const auto frames = static_cast<std::size_t>(std::ranges::count_if(
+      images, [](const auto& group) { return group.first.find("_frame,") != std::string::npos; }));
+  if (frames == 0) return "sidescan sonar";
+  return frames == images.size() ? "imaging sonar" : "sidescan and imaging sonar";
+}
+
 std::string Card::heading() const {
-  return title.empty() ? "A dataset of simulated sidescan sonar" : title;
+  return title.empty() ? fmt::format("A dataset of simulated {}", sonars()) : title;
 }
 
 std::string Card::description() const {
   return fmt::format(
-      "Simulated sidescan sonar: {} samples over {} seafloors, made by ensonify {} from a recipe, "
-      "with labels of every pixel.",
-      samples, seafloors, version);
+      "Simulated {}: {} samples over {} seafloors, made by ensonify {} from a recipe, with labels "
+      "of every pixel.",
+      sonars(), samples, seafloors, version);
 }
 
 std::string Card::markdown() const {
@@ -178,7 +188,7 @@ std::string Card::markdown() const {
     fmt::format_to(out, "| {} | {} |\n", split, count);
   text += "\n## Images\n\n| geometry, kind, split | images |\n|---|---|\n";
   for (const auto& [group, count] : images) fmt::format_to(out, "| {} | {} |\n", group, count);
-  text += "\n## Targets in whole lines\n\n| class | split | targets |\n|---|---|---|\n";
+  text += "\n## Targets in whole lines and frames\n\n| class | split | targets |\n|---|---|---|\n";
   for (const auto& [name, by_split] : targets)
     for (const auto& [split, count] : by_split)
       fmt::format_to(out, "| {} | {} | {} |\n", one_line(name), split, count);

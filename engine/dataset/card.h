@@ -35,11 +35,12 @@ struct Card {
   std::map<std::string, std::size_t> samples_by_split, images;
   HubGroups hub;
   std::vector<std::string> pictures;  ///< paths in the dataset's folder
-  /// The number of targets in whole lines, by class, then by split.
+  /// The number of targets in whole lines and in frames, by class, then by split.
   std::map<std::string, std::map<std::string, std::size_t>> targets;
   std::map<std::string, Realised> drawn;     ///< by key of the recipe
-  std::map<std::string, Realised> measured;  ///< by JSON key: values of the targets in whole lines
+  std::map<std::string, Realised> measured;  ///< by JSON key: values of these targets
 
+  std::string sonars() const;       ///< which kinds of sonar the pictures are of
   std::string heading() const;      ///< the dataset's title, or a general one
   std::string description() const;  ///< one sentence
   /// The content of README.md. It begins with the YAML that the Hugging Face Hub reads.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <stdexcept>
 
@@ -23,8 +24,8 @@ struct Run {
 class PixelMap {
  public:
   void start_row() { in_row_ = false; }
-  /// Adds a pixel of the target and the pixel of the source that it copies. All pixels of a row of
-  /// the target must come from one row of the source.
+  /// Adds a pixel of the target and the pixel of the source that it copies. For gather(), all
+  /// pixels of a row of the target must come from one row of the source.
   void add(std::size_t to, std::size_t from) {
     if (in_row_ && runs_.back().to + runs_.back().count == to &&
         runs_.back().from + runs_.back().count == from)
@@ -269,6 +270,51 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m, const Memo
     }
   }
   gather(slant, map, view);
+  return view;
+}
+
+LabelledImage frame_view(const Waterfall& line, std::size_t ping,
+                         const std::vector<Picture>& pictures) {
+  const auto beams = static_cast<std::size_t>(line.sonar.beams);
+  const std::size_t columns = line.columns(), first = ping * beams;
+  LabelledImage frame{
+      .name = fmt::format("{}_{:06}", line.sonar.name, line.pings[first].number / beams),
+      .geometry = "beams",
+      .labels = unlabelled(line.sonar, beams),
+      .pictures = {},
+      .across_m = line.sonar.bin_m(),
+      .along_m = 0.0};
+  std::copy_n(line.pings.begin() + static_cast<std::ptrdiff_t>(first), beams,
+              frame.labels.pings.begin());
+  for_each_label([&](auto layer) {
+    std::copy_n((line.pixels.*layer).data() + first * columns, beams * columns,
+                (frame.labels.pixels.*layer).data());
+  });
+  for (const Picture& picture : pictures) {
+    const std::size_t row_bytes = picture.pixels.size() / picture.height;
+    const auto top = picture.pixels.begin() +
+                     static_cast<std::ptrdiff_t>((line.rows() - first - beams) * row_bytes);
+    Picture& its = frame.pictures.emplace_back(Picture{picture.width, beams, picture.channels, {}});
+    its.bits = picture.bits;
+    its.pixels.assign(top, top + static_cast<std::ptrdiff_t>(beams * row_bytes));
+  }
+  return frame;
+}
+
+LabelledImage fan_view(const LabelledImage& frame, const FanPicture& fan) {
+  LabelledImage view = empty_like(frame, fan.width(), fan.height());
+  view.geometry = "fan";
+  view.across_m = view.along_m = fan.m_per_px();
+  std::ranges::fill(view.labels.pings, frame.labels.pings.front());
+  PixelMap map;
+  for (std::size_t row = 0; row < fan.height(); ++row) {
+    map.start_row();
+    for (std::size_t column = 0; column < fan.width(); ++column)
+      if (const std::optional<std::size_t> from = fan.nearest(column, row))
+        map.add(view.flipped(row, column), *from);
+  }
+  gather_labels(frame, map, view);
+  for (const Picture& picture : frame.pictures) view.pictures.push_back(fan.draw(picture, 0));
   return view;
 }
 

@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/base/memory.h>
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/fan_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 
 namespace ensonify::engine {
@@ -26,7 +27,7 @@ struct ViewSize {
 /// A line as pictures and labels, all with the same pixels.
 struct LabelledImage {
   std::string name;      ///< as in ViewSize
-  std::string geometry;  ///< "slant" or "ground"
+  std::string geometry;  ///< "slant" or "ground"; of a frame "beams" or "fan"
   Waterfall labels;      ///< only the layers that labels are made from; the others are empty
   std::vector<Picture> pictures;         ///< one per display
   double across_m = 0.0, along_m = 0.0;  ///< as in ViewSize
@@ -65,6 +66,15 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m,
                           const MemoryLimit& memory = {},
                           const std::function<void()>& stop_check = {});
+
+/// A frame: one ping of an imaging sonar, counted from 0 in its line, as recorded. Each beam is a
+/// row and each range bin a column. `pictures` are those of the line.
+LabelledImage frame_view(const Waterfall& line, std::size_t ping,
+                         const std::vector<Picture>& pictures);
+
+/// A frame as `fan` draws it, seen from above and to scale. A pixel has the labels of the nearest
+/// beam and bin; a pixel outside the field of view has no data.
+LabelledImage fan_view(const LabelledImage& frame, const FanPicture& fan);
 
 /// The number of pixels of a length, at least 1. `pixel_m` is the across_m or along_m of an image.
 /// Throws std::invalid_argument if it is 0, because then the vehicle does not move.

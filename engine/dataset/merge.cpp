@@ -137,11 +137,13 @@ class Merge {
     const auto is_line = [](const Json& image, std::string_view geometry) {
       return image.at("kind") == "line" && image.at("geometry") == geometry;
     };
-    // The card has the lines in slant range or, if there are none, in ground range.
+    // The card has the frames as fans, and the lines in slant range or, if there are none, in
+    // ground range.
     const bool slant = std::ranges::any_of(
         record.images, [&](const auto& named) { return is_line(named.second, "slant"); });
     for (const auto& [name, image] : record.images) {
-      if (is_line(image, slant ? "slant" : "ground")) add_to_card(number, image, split);
+      if (is_line(image, slant ? "slant" : "ground") || image.at("geometry") == "fan")
+        add_to_card(number, image, split);
       add_image(number, image, split);
     }
   }
@@ -223,7 +225,9 @@ class Merge {
   }
 
   void add_to_card(std::size_t number, const Json& image, const std::string& split) {
-    if (is_on_card(number))
+    const bool is_later_frame =
+        image.contains("frame") && !on_card_.empty() && on_card_.back().sample == number;
+    if (is_on_card(number) && !is_later_frame)
       on_card_.push_back({number, image.at("pictures").at(0).get<std::string>(), ""});
     for (const Json& target : image.at("targets")) {
       if (target.at("ignored").get<bool>()) continue;
@@ -252,10 +256,11 @@ class Merge {
       for (const char* split : split_names) {
         files_.step("annotations", groups_done, groups_.size());
         const PictureIndex& index = indexes_[{group, split}];
-        const Json coco = {{"info", {{"description", card_.title}, {"version", card_.version}}},
-                           {"categories", categories},
-                           {"images", index.images()},
-                           {"annotations", index.annotations()}};
+        Json coco = {{"info", {{"description", card_.title}, {"version", card_.version}}},
+                     {"categories", categories},
+                     {"images", index.images()},
+                     {"annotations", index.annotations()}};
+        if (group.ends_with("_frame")) coco["videos"] = index.videos();
         files_.write(fmt::format("coco/{}_{}.json", group, split), json_text(coco) + "\n");
       }
       ++groups_done;

@@ -42,12 +42,16 @@ class PictureIndex {
            const nlohmann::ordered_json& image, const IndexClasses& classes);
 
   const std::vector<IndexedPicture>& pictures() const { return pictures_; }
-  const nlohmann::ordered_json& images() const { return images_; }            ///< of COCO
+  const nlohmann::ordered_json& images() const { return images_; }  ///< of COCO
+  /// The clips whose frames are the images, for COCO; empty if there are no frames.
+  const nlohmann::ordered_json& videos() const { return videos_; }
   const nlohmann::ordered_json& annotations() const { return annotations_; }  ///< of COCO
   const std::string& yolo_list() const { return yolo_list_; }
   const std::string& hub_metadata() const { return hub_metadata_; }  ///< metadata.jsonl
 
  private:
+  std::size_t number_of_video(std::size_t sample, const std::string& name,
+                              const nlohmann::ordered_json& image);
   nlohmann::ordered_json& add_outline(std::size_t category, const nlohmann::ordered_json& outline);
   void add_target(const nlohmann::ordered_json& target);
   void add_shadow(const nlohmann::ordered_json& target, std::size_t shadow_class);
@@ -57,6 +61,10 @@ class PictureIndex {
   std::vector<IndexedPicture> pictures_;
   nlohmann::ordered_json images_ = nlohmann::ordered_json::array();
   nlohmann::ordered_json annotations_ = nlohmann::ordered_json::array();
+  nlohmann::ordered_json videos_ = nlohmann::ordered_json::array();
+  std::map<std::string, std::size_t> video_numbers_;  // by the name of the video
+  /// By video and instance: the number that the target has in all frames of the video.
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> tracks_;
   std::string yolo_list_, hub_metadata_;
 };
 

@@ -127,6 +127,11 @@ void PictureIndex::add(std::size_t sample, const std::string& name, const Pictur
                      {"pixel_along_m", image.at("pixel_along_m")},
                      {"masks", paths.masks},
                      {"seen_from", image.at("seen_from")}});
+  if (image.contains("frame")) {
+    Json& added = images_.back();
+    added["video_id"] = number_of_video(sample, name, image);
+    added["frame_id"] = image.at("frame");
+  }
   yolo_list_ += fmt::format("./images/{}/{}\n", SampleFolders::name_of(sample), name);
   IndexedPicture picture{sample, name, ""};
   const std::size_t first_annotation = annotations_.size();
@@ -146,6 +151,20 @@ void PictureIndex::add(std::size_t sample, const std::string& name, const Pictur
   pictures_.push_back(std::move(picture));
 }
 
+/// The number of the video that a frame belongs to. A video has the frames of one sample, sonar and
+/// display.
+std::size_t PictureIndex::number_of_video(std::size_t sample, const std::string& name,
+                                          const Json& image) {
+  const Json& pictures = image.at("pictures");
+  const auto display = std::ranges::find(pictures, Json(name)) - pictures.begin();
+  const std::string video =
+      fmt::format("{}/{}{}", SampleFolders::name_of(sample), image.at("sonar").get<std::string>(),
+                  display > 0 ? fmt::format(".r{}", display) : "");
+  const auto [at, is_new] = video_numbers_.emplace(video, videos_.size() + 1);
+  if (is_new) videos_.push_back({{"id", at->second}, {"name", video}});
+  return at->second;
+}
+
 /// Adds an annotation of the picture that was added last.
 Json& PictureIndex::add_outline(std::size_t category, const Json& outline) {
   return annotations_.emplace_back(Json{{"id", annotations_.size() + 1},
@@ -162,6 +181,13 @@ void PictureIndex::add_target(const Json& target) {
   for (const auto& [key, value] : target.items())
     if (key != "body" && key != "shadow" && key != "category_id" && key != "ignored")
       annotation[key] = value;
+  if (const Json& image = images_.back(); image.contains("video_id")) {
+    const auto video = image.at("video_id").get<std::size_t>();
+    const auto instance = whole_numbers(target.at("instance")).get<std::size_t>();
+    annotation["video_id"] = video;
+    annotation["instance_id"] =
+        tracks_.emplace(std::pair(video, instance), tracks_.size() + 1).first->second;
+  }
   const Json& shadow = target.at("shadow");
   annotation["shadow_bbox"] = shadow.is_null() ? Json(nullptr) : shadow.at("box");
   annotation["shadow_area"] = shadow.is_null() ? Json(0) : shadow.at("area_px");

@@ -77,7 +77,7 @@ void for_each_known_view(const DatasetOptions& options, const Scene& scene, cons
   const double speed_mps = sound_speed_mps.value_or(scatter::nominal_sound_speed_mps);
   const std::vector<Pose> poses = flat_track(scene, scene.ping_interval_s(speed_mps));
   for (const Sonar& sonar : scene.sonars) {
-    if (sonar.sample_rate_hz > 0.0 && !sound_speed_mps) continue;
+    if (sonar.steers() || (sonar.sample_rate_hz > 0.0 && !sound_speed_mps)) continue;
     const Waterfall line = bare_line(sonar.sampled(speed_mps), poses);
     std::vector<ViewSize> views;
     try {

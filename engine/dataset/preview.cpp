@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <mutex>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <ensonify/engine/base/number_in.h>
 #include <ensonify/engine/dataset/chips.h>
 #include <ensonify/engine/dataset/labelled_image.h>
+#include <ensonify/engine/image/fan_picture.h>
 #include <ensonify/engine/image/lettering.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/waterfall.h>
@@ -138,22 +140,48 @@ std::vector<std::string> caption(std::size_t number, const SampleScene& sample) 
   return lines;
 }
 
+/// What a cell shows of a sample.
+struct Shown {
+  LabelledImage image;
+  std::vector<TargetRecord> targets;
+  double height_per_width = 1.0;
+};
+
+/// The line of the sample's first sonar, or the fan of the middle ping of an imaging sonar.
+Shown shown_of(const RunOutputs& outputs) {
+  const Waterfall& line = outputs.lines.front();
+  const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
+  if (!line.sonar.steers())
+    return {slant_view(line, {outputs.pictures.front()}), outputs.targets.front(),
+            length_along_m(line) / width_m};
+  const std::size_t pings = line.rows() / static_cast<std::size_t>(line.sonar.beams);
+  const LabelledImage frame = frame_view(line, pings / 2, {outputs.pictures.front()});
+  const FanPicture fan(line.sonar);
+  Shown shown{fan_view(frame, fan), target_records(frame.labels, outputs.simulator.seafloor()),
+              static_cast<double>(fan.height()) / static_cast<double>(fan.width())};
+  const std::map<std::uint32_t, TargetOutlines> outlines = find_outlines(shown.image.labels);
+  std::erase_if(shown.targets,
+                [&](const auto& record) { return !outlines.contains(record.target.instance); });
+  for (TargetRecord& record : shown.targets)
+    static_cast<TargetOutlines&>(record.target) = outlines.at(record.target.instance);
+  return shown;
+}
+
 Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample,
              const RunOutputs& outputs) {
   const Seafloor& seafloor = outputs.simulator.seafloor();
-  const Waterfall& line = outputs.lines.front();
+  const auto [image, targets, height_per_width] = shown_of(outputs);
+  const Waterfall& line = image.labels;
   const std::vector<std::string> classes = recipe.class_names();
-  const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
   const auto height =
-      std::clamp(static_cast<std::size_t>(panel_width * length_along_m(line) / width_m), min_height,
-                 max_height);
-  Picture left = shrunk(outputs.pictures.front(), panel_width, height);
+      std::clamp(static_cast<std::size_t>(panel_width * height_per_width), min_height, max_height);
+  Picture left = shrunk(image.pictures.front(), panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);
   const auto to_panel = [&](const Corner& corner) {
     return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
-  for (const TargetRecord& record : outputs.targets.front()) {
+  for (const TargetRecord& record : targets) {
     // Features of the bed, such as furrows, have no boxes, because boxes would hide them.
     if (!record.is_object()) continue;
     const Outline& shown = shown_part(record.target);
@@ -213,7 +241,7 @@ ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewCon
     // Evenly chosen. "k % step" is added because values of stratified keys repeat at even steps.
     const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
     SampleScene sample = recipe.sample(number);
-    sample.scene.output = {.exr = false};
+    sample.scene.output = {.exr = false, .fans = false};
     const std::filesystem::path folder = control.scratch / fmt::format("{:06}", number);
     const auto on_progress = [&](std::string_view, std::size_t, std::size_t) {
       const std::lock_guard lock(mutex);

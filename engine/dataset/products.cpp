@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -15,10 +16,12 @@
 #include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/dataset/piece_sizes.h>
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/fan_picture.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/output/masks.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/targets_json.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
@@ -51,12 +54,14 @@ class Products {
   }
 
   /// Writes the products of one sonar's line. The run's picture of it has the scene's display,
-  /// which is the first of the sample's displays.
+  /// which is the first of the sample's displays. The line of an imaging sonar is a clip: its
+  /// products are those of its frames.
   void add_line(const RunOutputs& run, std::size_t sonar) {
     const Waterfall& line = run.lines[sonar];
     std::vector<Picture> pictures{run.pictures[sonar]};
     for (std::size_t r = 1; r < sample_.renders.size(); ++r)
       pictures.push_back(render(line, sample_.renders[r], run.simulator.calibration(sonar)));
+    if (line.sonar.steers()) return add_frames(line, pictures);
     const LabelledImage slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
@@ -89,12 +94,30 @@ class Products {
   /// Writes all images of a line in one geometry: 0 is slant range, 1 is ground range.
   void add_geometry(const LabelledImage& line, std::span<const TargetRecord> targets,
                     std::size_t sonar, std::size_t geometry) {
+    set_targets(targets);
+    write_image(line, line.whole(), line, line.name, "line");
+    add_tiles(line);
+    add_chips(line, sonar, geometry);
+  }
+
+  /// Writes each frame in both geometries.
+  void add_frames(const Waterfall& line, const std::vector<Picture>& pictures) {
+    const FanPicture fan(line.sonar);
+    const std::size_t frames = line.rows() / static_cast<std::size_t>(line.sonar.beams);
+    for (std::size_t ping = 0; ping < frames; ++ping) {
+      const LabelledImage frame = frame_view(line, ping, pictures);
+      cut_ = targets_at_edges(frame.labels);
+      set_targets(target_records(frame.labels, seafloor_));
+      write_image(frame, frame.whole(), frame, "frames/" + frame.name, "frame");
+      write_image(frame, frame.whole(), fan_view(frame, fan), "frames/" + frame.name + "_fan",
+                  "frame");
+    }
+  }
+
+  void set_targets(std::span<const TargetRecord> targets) {
     line_targets_.clear();
     for (const TargetRecord& record : targets)
       line_targets_.emplace(record.target.instance, record);
-    add_image(line, line.whole(), line.name, "line");
-    add_tiles(line);
-    add_chips(line, sonar, geometry);
   }
 
   void add_tiles(const LabelledImage& line) {
@@ -141,18 +164,25 @@ class Products {
   /// square of edge_px x edge_px pixels.
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
                  std::string_view kind, std::size_t edge_px = 0, const Chip& chip = {}) {
-    const bool whole = kind == "line";
-    const LabelledImage nothing{"", "", Waterfall(line.labels.sonar, 0), {}, 0, 0};
-    const LabelledImage cut_out = whole ? nothing : cut(line, part);
-    const LabelledImage& shown = whole ? line : cut_out;
-    const LabelledImage other_pixels = edge_px > 0 ? resampled(shown, edge_px, edge_px) : nothing;
-    const LabelledImage& image = edge_px > 0 ? other_pixels : shown;
+    const LabelledImage cut_out = cut(line, part);
+    if (edge_px > 0)
+      write_image(line, part, resampled(cut_out, edge_px, edge_px), stem, kind, &cut_out, chip);
+    else
+      write_image(line, part, cut_out, stem, kind, &cut_out, chip);
+  }
+
+  /// Writes an image that shows a part of a line, perhaps with other pixels. `cut_out` has the
+  /// part's own pixels; null: the part is the whole line.
+  void write_image(const LabelledImage& line, const Rectangle& part, const LabelledImage& image,
+                   const std::string& stem, std::string_view kind,
+                   const LabelledImage* cut_out = nullptr, const Chip& chip = {}) {
+    const LabelledImage& shown = cut_out ? *cut_out : line;
     ImageLabels labels{.image = stem,
                        .pictures = {stem + ".png"},
                        .kind = std::string(kind),
                        .of = chip.of,
                        .of_instance = chip.instance,
-                       .geometry = line.geometry,
+                       .geometry = image.geometry,
                        .sonar = line.labels.sonar.name,
                        .column = part.column,
                        .row = part.row,
@@ -164,21 +194,28 @@ class Products {
                        .pixel_along_m = image.along_m,
                        .seen_from = geometry_of(line, part),
                        .split = sample_.split};
+    if (kind == "frame") describe_frame(image, labels);
     for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
     // The run and add_line() have already written the pictures of whole lines in slant range.
-    if (!whole || line.geometry != "slant")
+    if (kind != "line" || line.geometry != "slant")
       for (std::size_t r = 0; r < image.pictures.size(); ++r)
         write(labels.pictures[r], encode_png(image.pictures[r]));
     std::map<std::uint32_t, TargetLabel> labels_shown;
-    if (whole)
+    if (!cut_out)
       for (const auto& [instance, record] : line_targets_)
         labels_shown.emplace(instance,
                              label_of(instance, static_cast<const TargetOutlines&>(record.target)));
     else
       for (auto& [instance, outlines] : find_outlines(shown.labels))
         labels_shown.emplace(instance, label_of(instance, std::move(outlines)));
-    if (edge_px > 0) labels_shown = with_outlines_in(image.labels, std::move(labels_shown));
+    if (&image != &shown) labels_shown = with_outlines_in(image.labels, std::move(labels_shown));
+    write_labels(image, labels, std::move(labels_shown));
+  }
+
+  /// Writes the masks of an image and the files of its labels.
+  void write_labels(const LabelledImage& image, ImageLabels& labels,
+                    std::map<std::uint32_t, TargetLabel> labels_shown) {
     MaskOptions masks{.shadow_class = static_cast<std::uint16_t>(shadow_class_), .names = names_};
     std::string yolo;
     for (auto& [instance, label] : labels_shown) {
@@ -188,16 +225,33 @@ class Products {
         yolo += yolo_line(label.category_id, label.record.target.body, labels);
         if (shadow_class_ > 0) yolo += yolo_line(shadow_class_, label.record.target.shadow, labels);
       }
+      if (labels.frame) label.bearing_rad = bearing_of(label.record.target, image.labels);
       labels.targets.push_back(std::move(label));
     }
     const Masks encoded = encode_masks(image.labels, masks);
     for (const Mask& mask : encoded.files)
-      write(fmt::format("{}.{}.png", stem, mask.name), mask.png);
+      write(fmt::format("{}.{}.png", labels.image, mask.name), mask.png);
     for (const std::uint16_t number : encoded.class_numbers)
       if (number > 0 && number != ignored_class) labels.classes.push_back(classes_[number - 1u]);
-    write_text(stem + ".json", labels_json(labels));
+    write_text(labels.image + ".json", labels_json(labels));
     for (const std::string& picture : labels.pictures)
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
+  }
+
+  /// What the labels of a frame have of their own.
+  static void describe_frame(const LabelledImage& image, ImageLabels& labels) {
+    const Sonar& sonar = image.labels.sonar;
+    labels.frame = image.labels.pings.front().number / static_cast<std::size_t>(sonar.beams);
+    labels.seen_from.sides = sonar.sectors().front().name;
+    if (image.geometry != "fan") return;
+    labels.seen_from.right_m = 0.5 * static_cast<double>(labels.width) * image.across_m;
+    labels.seen_from.left_m = -labels.seen_from.right_m;
+  }
+
+  /// The bearing of a target of a frame, from -pi to pi.
+  static double bearing_of(const Target& target, const Waterfall& frame) {
+    const double ahead_rad = mounted(frame.pings.front().pose, frame.sonar.mounting).heading_rad;
+    return std::remainder(target.sight.direction_rad() - ahead_rad, 2.0 * std::numbers::pi);
   }
 
   /// The place of the sonar, and the part of its swath that a part of a line shows.

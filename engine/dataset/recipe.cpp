@@ -103,6 +103,19 @@ void add_override(const std::string& key, const std::string& value, DrawnValues&
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
+/// Throws SceneError if the dataset asks for pieces or ground range, and all sonars make frames.
+void check_frames(const DatasetOptions& options, const Scene& scene) {
+  if (!std::ranges::all_of(scene.sonars, &Sonar::steers)) return;
+  for (const auto& [asked, key] : {std::pair(options.tiles.any(), "dataset.tiles"),
+                                   {options.chips.any(), "dataset.chips"},
+                                   {options.ground_px_m > 0.0, "dataset.ground_px_m"}})
+    if (asked)
+      throw SceneError(
+          fmt::format("'{}' cannot be used with imaging sonars, whose frames are labelled whole: "
+                      "leave it out",
+                      key));
+}
+
 /// Checks that the dataset's options fit each other; refuse(message) makes the exception.
 void check_options(const DatasetOptions& options, const auto& refuse) {
   if (options.seafloors > options.samples)
@@ -379,6 +392,8 @@ SampleScene Recipe::sample(std::size_t number) const {
   result.scene = scene_of(0);
   result.scene.output.class_names = class_names();
   result.scene.output.sediment_names = material_names();
+  if (std::ranges::any_of(result.scene.sonars, &Sonar::steers))
+    result.scene.output.fans = false;  // frames/ has them, with their labels
   result.renders = {result.scene.display};
   for (int render = 1; render < options_.renders; ++render)
     result.renders.push_back(scene_of(static_cast<std::size_t>(render)).display);
@@ -391,7 +406,7 @@ SampleScene Recipe::sample(std::size_t number) const {
   if (!d.has_seafloor_seed && !d.distributions.contains("seafloor.seed"))
     result.scene.seafloor_seed = seed("seafloor.seed", result.seafloor);
   try {
-    require_sidescans(result.scene, "a dataset");
+    check_frames(options_, result.scene);
     require_lines_for_pieces(options_, result.scene);
   } catch (const SceneError& error) {
     throw SceneError(fmt::format("{}: {}{} (sample {})", name_, error.what(),

@@ -24,16 +24,16 @@ FanPicture::FanPicture(const Sonar& sonar, std::size_t most_height)
   constexpr std::size_t least_height = 64;
   height_ = std::clamp(bins_, least_height, std::max(most_height, least_height));
   const double edge_rad = 0.5 * sonar.field_of_view_rad;
-  const double m_per_px = sonar.range_m / static_cast<double>(height_);
+  m_per_px_ = sonar.range_m / static_cast<double>(height_);
   const auto side = static_cast<std::size_t>(
-      std::ceil(std::sin(std::min(edge_rad, 0.5 * std::numbers::pi)) * sonar.range_m / m_per_px));
+      std::ceil(std::sin(std::min(edge_rad, 0.5 * std::numbers::pi)) * sonar.range_m / m_per_px_));
   width_ = 2 * side;
   sources_.resize(width_ * height_);
   for (std::size_t row = 0; row < height_; ++row)
     for (std::size_t column = 0; column < width_; ++column) {
-      const double ahead_m = (static_cast<double>(height_ - row) - 0.5) * m_per_px;
+      const double ahead_m = (static_cast<double>(height_ - row) - 0.5) * m_per_px_;
       const double starboard_m =
-          (static_cast<double>(column) - static_cast<double>(side) + 0.5) * m_per_px;
+          (static_cast<double>(column) - static_cast<double>(side) + 0.5) * m_per_px_;
       const double range_m = std::hypot(ahead_m, starboard_m);
       const double bearing_rad = std::atan2(starboard_m, ahead_m);
       if (std::abs(bearing_rad) > edge_rad || range_m >= sonar.range_m) continue;
@@ -43,6 +43,13 @@ FanPicture::FanPicture(const Sonar& sonar, std::size_t most_height)
           static_cast<float>(std::clamp(beam_at(sonar, bearing_rad), 0.0, last_beam)),
           static_cast<float>(std::clamp(range_m / sonar.bin_m() - 0.5, 0.0, last_bin))};
     }
+}
+
+std::optional<std::size_t> FanPicture::nearest(std::size_t column, std::size_t row) const {
+  const Source& from = sources_[row * width_ + column];
+  if (from.beam < 0.0f) return std::nullopt;
+  return static_cast<std::size_t>(std::lround(from.beam)) * bins_ +
+         static_cast<std::size_t>(std::lround(from.bin));
 }
 
 Picture FanPicture::draw(const Picture& waterfall, std::size_t ping) const {

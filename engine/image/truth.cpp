@@ -170,6 +170,17 @@ std::map<std::uint32_t, TargetOutlines> find_outlines(Marks& marks) {
   return found;
 }
 
+/// The sum of the directions (north, east) from the sonar to the pixels of a target in one row. The
+/// beam of the row looks ahead by its bearing, or abeam.
+Eigen::Vector2d directions_of(const Sonar& sonar, std::size_t row, double ahead_rad,
+                              std::size_t pixels, double to_starboard) {
+  if (!sonar.steers())
+    return to_starboard * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
+  const auto beam = static_cast<int>(row % static_cast<std::size_t>(sonar.beams));
+  const double sight_rad = ahead_rad + sonar.bearing_rad(beam);
+  return static_cast<double>(pixels) * Eigen::Vector2d(std::cos(sight_rad), std::sin(sight_rad));
+}
+
 /// Sets range, ping, sight and contrast of a target that has its outlines.
 void measure(const Waterfall& image, const Marks& marks, Target& target) {
   constexpr int min_border_px = 8;
@@ -186,7 +197,7 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
   for (int row = std::max(0, shown.low[1] - more_rows);
        row < std::min(marks.rows(), shown.high[1] + more_rows); ++row) {
     std::size_t of_row = 0;     // pixels of the target in this row
-    double to_starboard = 0.0;  // their number to starboard minus their number to port
+    double to_starboard = 0.0;  // of a sidescan: their number to starboard minus that to port
     for (int column = std::max(0, shown.low[0] - more_columns);
          column < std::min(marks.columns(), shown.high[0] + more_columns); ++column) {
       const std::size_t i = marks.index(column, row);
@@ -204,11 +215,12 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
       }
     }
     if (of_row == 0) continue;
-    const PingRow& its_ping = image.pings[static_cast<std::size_t>(marks.rows() - 1 - row)];
+    const auto from_oldest = static_cast<std::size_t>(marks.rows() - 1 - row);
+    const PingRow& its_ping = image.pings[from_oldest];
     ping += static_cast<double>(of_row) * static_cast<double>(its_ping.number);
     const double ahead_rad = mounted(its_ping.pose, image.sonar.mounting).heading_rad;
     target.sight.directions +=
-        to_starboard * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
+        directions_of(image.sonar, from_oldest, ahead_rad, of_row, to_starboard);
   }
   for (std::size_t sector = 0; sector < sectors.size(); ++sector)
     if (pixels[sector] > 0)

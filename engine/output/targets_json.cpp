@@ -105,23 +105,26 @@ std::string labels_json(const ImageLabels& labels) {
     json["truncated"] = label.truncated;
     json["ignored"] = label.ignored;
     json["category_id"] = label.category_id;
+    if (label.bearing_rad) json["bearing_deg"] = *label.bearing_rad * degrees_per_radian;
   }
-  return text_of({{"image", labels.image},
-                  {"pictures", labels.pictures},
-                  {"kind", labels.kind},
-                  {"of", labels.of.empty() ? Json(nullptr) : Json(labels.of)},
-                  {"of_instance", labels.of_instance > 0 ? Json(labels.of_instance) : Json()},
-                  {"geometry", labels.geometry},
-                  {"sonar", labels.sonar},
-                  {"width", labels.width},
-                  {"height", labels.height},
-                  {"of_line", {labels.column, labels.row, labels.columns, labels.rows}},
-                  {"pixel_across_m", labels.pixel_across_m},
-                  {"pixel_along_m", labels.pixel_along_m},
-                  {"seen_from", geometry_json(labels.seen_from)},
-                  {"split", labels.split},
-                  {"classes", labels.classes},
-                  {"targets", targets}});
+  Json json = {{"image", labels.image},
+               {"pictures", labels.pictures},
+               {"kind", labels.kind},
+               {"of", labels.of.empty() ? Json(nullptr) : Json(labels.of)},
+               {"of_instance", labels.of_instance > 0 ? Json(labels.of_instance) : Json()},
+               {"geometry", labels.geometry},
+               {"sonar", labels.sonar},
+               {"width", labels.width},
+               {"height", labels.height},
+               {"of_line", {labels.column, labels.row, labels.columns, labels.rows}},
+               {"pixel_across_m", labels.pixel_across_m},
+               {"pixel_along_m", labels.pixel_along_m},
+               {"seen_from", geometry_json(labels.seen_from)},
+               {"split", labels.split},
+               {"classes", labels.classes},
+               {"targets", targets}};
+  if (labels.frame) json["frame"] = *labels.frame;
+  return text_of(json);
 }
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,12 +33,14 @@ struct TargetLabel {
   bool truncated = false;       ///< the image lacks a part of the target, or the line may lack one
   bool ignored = false;         ///< the visible part of the target is too small for a label
   std::size_t category_id = 0;
+  /// Of a frame: mean bearing of the same pixels as range_m, from ahead to starboard.
+  std::optional<double> bearing_rad = {};
 };
 
 /// Where the sonar was, and which part of the sonar's swath an image shows.
 struct ImageGeometry {
   double frequency_hz = 0.0, range_m = 0.0;
-  std::string sides;     ///< both, port or starboard
+  std::string sides;     ///< both, port or starboard; of a frame: ahead
   double left_m = 0.0;   ///< slant range or ground range at the left edge, negative to port
   double right_m = 0.0;  ///< the same at the right edge
   std::size_t first_ping = 0, last_ping = 0;  ///< numbered as in the run
@@ -50,18 +53,19 @@ struct ImageGeometry {
 struct ImageLabels {
   std::string image;                  ///< name of its files, without extension
   std::vector<std::string> pictures;  ///< names of its pictures' files
-  std::string kind;                   ///< line, tile, chip, background or hard_negative
+  std::string kind;                   ///< line, frame, tile, chip, background or hard_negative
   std::string of = {};                ///< for a chip: class of the target or lookalike
   std::uint32_t of_instance = 0;      ///< for a chip: instance of the target; 0: none
-  std::string geometry;               ///< slant or ground
+  std::string geometry;               ///< slant or ground; of a frame: beams or fan
   std::string sonar;
   std::size_t column = 0, row = 0, columns = 0, rows = 0;  ///< the part of the line that it shows
   std::size_t width = 0, height = 0;                       ///< of the picture, px
   double pixel_across_m = 0.0, pixel_along_m = 0.0;
   ImageGeometry seen_from;
   std::string split;
-  std::vector<std::string> classes;  ///< in the class mask of the image
-  std::vector<TargetLabel> targets;
+  std::optional<std::size_t> frame = {};  ///< of a frame: the number of its ping in the run
+  std::vector<std::string> classes = {};  ///< in the class mask of the image
+  std::vector<TargetLabel> targets = {};
 };
 
 /// The labels of one image as JSON.

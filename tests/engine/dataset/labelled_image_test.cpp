@@ -3,6 +3,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/dataset/labelled_image.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 
 using namespace ensonify::engine;
 
@@ -171,4 +172,65 @@ TEST_CASE("a resampled view has the labels of the nearest pixels and the means o
   for (std::size_t i = 0; i < larger.labels.pixels.instance.size(); ++i)
     REQUIRE(larger.labels.pixels.instance[i] ==
             view.labels.pixels.instance[i / 30 / 2 * 10 + i % 30 / 3]);
+}
+
+TEST_CASE("a frame has its ping's beams, and its fan the labels and levels of the nearest bins") {
+  Sonar sonar = usual_sonar(SonarKind::imaging);
+  sonar.beams = 31;
+  sonar.bins = 100;
+  sonar.range_m = 10.0;
+  constexpr std::size_t beams = 31, bins = 100, pings = 3;
+  Waterfall line(sonar, pings, 7);
+  Picture picture{.width = bins, .height = pings * beams, .pixels = {}};
+  picture.pixels.assign(bins * pings * beams, 0);
+  const auto level = [](std::size_t beam, std::size_t ping) {
+    return static_cast<std::uint8_t>(50 * ping + beam);  // smooth within a ping
+  };
+  for (std::size_t row = 0; row < pings * beams; ++row)
+    for (std::size_t bin = 0; bin < bins; ++bin) {
+      const std::size_t i = row * bins + bin;
+      line.pixels.instance[i] = static_cast<std::uint32_t>(i + 1);
+      line.pixels.region[i] = static_cast<std::uint32_t>(Region::seabed);
+      picture.pixels[(pings * beams - 1 - row) * bins + bin] = level(row % beams, row / beams);
+    }
+  constexpr std::size_t ping = 1;
+  const LabelledImage frame = frame_view(line, ping, {picture});
+  CHECK(frame.name == sonar.name + "_000008");
+  CHECK(frame.geometry == "beams");
+  REQUIRE(frame.labels.rows() == beams);
+  CHECK(frame.labels.pings.front().number == (7 + ping) * beams);
+  CHECK(frame.labels.pixels.instance.front() == ping * beams * bins + 1);
+  for (std::size_t beam = 0; beam < beams; ++beam)
+    REQUIRE(frame.pictures.front().pixels[(beams - 1 - beam) * bins] == level(beam, ping));
+
+  const FanPicture fan(sonar);
+  const LabelledImage view = fan_view(frame, fan);
+  CHECK(view.across_m == Approx(0.1));
+  REQUIRE(view.labels.rows() == view.pictures.front().height);
+  REQUIRE(view.labels.columns() == view.pictures.front().width);
+  std::size_t inside = 0;
+  for (std::size_t row = 0; row < view.labels.rows(); ++row)
+    for (std::size_t column = 0; column < view.labels.columns(); ++column) {
+      const std::size_t i = view.flipped(row, column);
+      const double ahead_m = (double(view.labels.rows() - row) - 0.5) * 0.1,
+                   starboard_m = (double(column) + 0.5 - 0.5 * double(view.labels.columns())) * 0.1;
+      const double range_m = std::hypot(ahead_m, starboard_m),
+                   bearing_rad = std::atan2(starboard_m, ahead_m);
+      const bool in_view = std::abs(bearing_rad) <= 0.5 * sonar.field_of_view_rad && range_m < 10.0;
+      const std::uint32_t instance = view.labels.pixels.instance[i];
+      REQUIRE((instance != 0) == in_view);
+      if (!in_view) {
+        REQUIRE(view.labels.pixels.region[i] == static_cast<std::uint32_t>(Region::no_data));
+        continue;
+      }
+      ++inside;
+      const std::size_t from = instance - 1 - ping * beams * bins;
+      REQUIRE(std::abs(double(from % bins) + 0.5 - range_m / 0.1) <= 0.5 + 1e-4);
+      const double step_rad = sonar.bearing_rad(1) - sonar.bearing_rad(0);
+      REQUIRE(std::abs(sonar.bearing_rad(int(from / bins)) - bearing_rad) <= 0.5 * step_rad + 1e-5);
+      // The picture is interpolated between the same bins.
+      REQUIRE(std::abs(int(view.pictures.front().pixels[row * view.labels.columns() + column]) -
+                       int(level(from / bins, ping))) <= 1);
+    }
+  CHECK(inside > 5000);
 }
