@@ -211,7 +211,8 @@ Section<Sonar> made_sonar_section() {
            "level changes: bright and dark rows of the picture.",
            at(&Sonar::receiver, &ReceiverOptions::ping_gain_db)},
           {"bed_level_db", "dB re full scale", {-200, 0},
-           "Level of the bed at half the range in the samples, if gain_db is unset.",
+           "Level of the bed at half the range in the samples, if gain_db is unset; of an imaging "
+           "sonar, where the bed is loudest.",
            at(&Sonar::receiver, &ReceiverOptions::bed_level_db)},
           {"looks", "", {1, 64},
            "Number of independent echoes that the detector combines into one sample.",

@@ -239,6 +239,7 @@ Sonar usual_sonar(SonarKind kind) {
   sonar.sector_high_rad = 25.0 * degree;
   sonar.planes = 4;
   sonar.elevations = 512;
+  sonar.receiver.bed_level_db = -30.0;  // walls and glints are far above the bed
   return sonar;
 }
 

@@ -32,7 +32,8 @@ struct ReceiverOptions {
   /// amplitude at 1 m, dB re 1/uPa. Unset: automatic.
   std::optional<double> gain_db;
   double ping_gain_db = 0.0;  ///< rms change of the gain from ping to ping
-  /// Level re full scale at which an automatic gain records the nominal bed at half the range.
+  /// Level re full scale at which an automatic gain records the nominal bed at half the range, or,
+  /// with steered beams, where it is loudest.
   double bed_level_db = -16.0;
   int looks = 1;  ///< independent echoes per sample
   Detector detector = Detector::mean;

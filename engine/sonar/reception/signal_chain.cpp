@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <ensonify/engine/base/random.h>
@@ -112,20 +113,34 @@ FilterTaps taps_of(const SpeckleFilter& filter) {
 /// The echo of the level bed of unit strength at the nominal altitude and speed, uPa^2.
 double SignalChain::unit_bed(std::size_t sector, std::size_t bin) const {
   const double range_m = law_.cell_middle_m(bin);
-  return moved_shares_[bin] *
-         law_.level_bed(BeamPlane(sector), range_m, options_.nominal_altitude_m / range_m);
+  BeamPlane plane(sector);
+  if (sonar_.steers()) {  // the array's pitch turns the pattern in the planes in which it looks
+    plane.cos_roll_tilt = std::cos(sonar_.mounting.pitch_rad);
+    plane.sin_roll_tilt = -std::sin(sonar_.mounting.pitch_rad);
+  }
+  return moved_shares_[bin] * law_.level_bed(plane, range_m, options_.nominal_altitude_m / range_m);
 }
 
-/// The gain at 1 m that records a level bed at half the range at the receiver's bed_level_db.
+/// The gain at 1 m that records a level bed at the receiver's bed_level_db: the bed at half the
+/// range, or for an imaging sonar, whose vertical beam is narrow, the bed where it is loudest.
 double SignalChain::automatic_gain_db() const {
-  const auto bin = static_cast<std::size_t>(sonar_.bins / 2);
-  const double r = law_.range_m(bin);
-  const double level_db =
-      scatter::to_db(unit_bed(0, bin)) + scatter::to_db(options_.nominal_strength(
-                                             options_.nominal_altitude_m / (0.5 * sonar_.range_m)));
   const ReceiverOptions& receiver = sonar_.receiver;
-  return receiver.bed_level_db - level_db - receiver.spreading * std::log10(r) -
-         (receiver.absorption ? 2.0 * options_.absorption_db_per_m * r : 0.0);
+  const auto gain_db = [&](std::size_t bin, double strength) {
+    const double r = law_.range_m(bin);
+    const double level_db = scatter::to_db(unit_bed(0, bin)) + scatter::to_db(strength);
+    return receiver.bed_level_db - level_db - receiver.spreading * std::log10(r) -
+           (receiver.absorption ? 2.0 * options_.absorption_db_per_m * r : 0.0);
+  };
+  const double altitude_m = options_.nominal_altitude_m;
+  if (!sonar_.steers())
+    return gain_db(static_cast<std::size_t>(sonar_.bins / 2),
+                   options_.nominal_strength(altitude_m / (0.5 * sonar_.range_m)));
+  double least_db = std::numeric_limits<double>::infinity();
+  for (std::size_t bin = 0; bin < law_.bins(); ++bin)
+    if (altitude_m < law_.range_m(bin))
+      least_db = std::min(least_db,
+                          gain_db(bin, options_.nominal_strength(altitude_m / law_.range_m(bin))));
+  return least_db;
 }
 
 SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
