@@ -190,7 +190,7 @@ TEST_CASE("a run's warnings name its own mesh files, whatever another run has ca
     refine::write_ply(folder / name, mesh);
     Scene with = scene;
     if (as_bed) with.seafloor.kind = SeafloorKind::mesh;
-    (as_bed ? with.seafloor.mesh : with.objects.front().mesh) = {name, folder / name};
+    (as_bed ? with.seafloor.mesh : with.objects.front().mesh) = InputFile{name, folder / name};
     return with;
   };
   const Scene a = scene_with("a.ply"), b = scene_with("b.ply");

@@ -8,6 +8,7 @@
 // Calls count from the program's main() on: before, libraries initialise themselves.
 // A call counts as `open` if it opens a file for writing, as `open_read` if it opens one for
 // reading that is not the system's, as `mmap` only if it maps a file.
+#include <initializer_list>
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
