@@ -47,6 +47,7 @@ set(public_headers
   engine/seafloor/material.h
   engine/seafloor/object_mesh.h
   engine/seafloor/objects/object_options.h
+  engine/seafloor/object_way.h
   engine/seafloor/objects/shape_size.h
   engine/seafloor/seafloor.h
   engine/seafloor/seafloor_options.h

@@ -112,25 +112,13 @@ MovingObject object_of(std::span<const KeyValue> keys, std::string_view name, co
                        const ScenePaths& paths, std::uint32_t number) {
   // Keys that an added object cannot have. Its pose gives place and attitude. Only objects of the
   // scene can be many, scour the bed, or have parts with separate labels.
-  static constexpr std::array of_place{"east_m",
-                                       "north_m",
-                                       "height_m",
-                                       "burial",
-                                       "follow_slope",
-                                       "heading_deg",
-                                       "pitch_deg",
-                                       "roll_deg",
-                                       "path",
-                                       "path_file",
-                                       "sag_radius_m",
-                                       "burial_spread",
-                                       "burial_scale_m",
-                                       "count",
-                                       "area",
-                                       "area_radius_m",
-                                       "margin_m",
-                                       "gap_m",
-                                       "heading_spread_deg",
+  static constexpr std::array of_place{"east_m",       "north_m",       "height_m",
+                                       "burial",       "follow_slope",  "heading_deg",
+                                       "pitch_deg",    "roll_deg",      "path",
+                                       "path_file",    "speed_mps",     "poses",
+                                       "sag_radius_m", "burial_spread", "burial_scale_m",
+                                       "count",        "area",          "area_radius_m",
+                                       "margin_m",     "gap_m",         "heading_spread_deg",
                                        "assembly"};
   static constexpr std::array of_scene{"scour_ratio", "tail_ratio", "current_deg", "part_classes"};
   std::string text = "version = 1\n[[objects]]\n";

@@ -111,6 +111,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     shared_->stop_check();
   };
   refine::SpareThreads* spare = std::exchange(own.spare, nullptr);
+  own.objects.follow(shared_->seafloor.moving, pose.t_s);
   aim(pose, own.aim);
   TracedFaces faces = own.prepare_faces();
   if (spare && spare->any()) look_ahead(*spare);

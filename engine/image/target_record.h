@@ -39,7 +39,8 @@ struct TargetRecord {
 };
 
 /// The targets of a waterfall over its seafloor, ordered by instance. `views` is how much of each
-/// object of the seafloor the sonar saw; empty if not counted.
+/// object of the seafloor the sonar saw; empty if not counted. An object that moves has the place
+/// and heading of the row nearest to its mean ping.
 std::vector<TargetRecord> target_records(const Waterfall& waterfall, const Seafloor& seafloor,
                                          std::span<const ObjectVisibility> views = {});
 

@@ -92,7 +92,7 @@ std::string targets_json(std::span<const TargetRecord> targets, const Waterfall&
                    {{"columns", waterfall.columns()},
                     {"rows", waterfall.rows()},
                     {"row_order", "newest_first"}}},
-                  {"objects", seafloor.objects.size()},
+                  {"objects", seafloor.objects.size() + seafloor.moving.size()},
                   {"features", seafloor.features.size()},
                   {"targets", list}});
 }

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -192,7 +191,6 @@ class JoinedTarget {
       : body_(rows, columns), shadow_(rows, columns), sights_(sights) {}
 
   void add(const Json& target, std::size_t first_row) {
-    if (target.contains("aspect_deg")) heading_deg_ = target.at("heading_deg").get<double>();
     const Json &body = target.at("body"), &shadow = target.at("shadow");
     body_.add(body, first_row);
     shadow_.add(shadow, first_row);
@@ -206,8 +204,9 @@ class JoinedTarget {
     Json json = (seen ? of_body_ : of_shadow_).json();
     const Sight& sight = seen ? sights_.body : sights_.shadow;
     json["side"] = sight.sector();
-    if (heading_deg_)
-      json["aspect_deg"] = turned_deg(sight.direction_rad() - *heading_deg_ * degree);
+    if (json.contains("aspect_deg"))  // of an object
+      json["aspect_deg"] =
+          turned_deg(sight.direction_rad() - json.at("heading_deg").get<double>() * degree);
     if (json.contains("visible_fraction")) {
       const std::size_t object = whole_numbers(json.at("instance")).get<std::size_t>() - 1;
       const bool counted = object < visibility.size() && visibility[object].alone > 0;
@@ -221,7 +220,6 @@ class JoinedTarget {
  private:
   JoinedOutline body_, shadow_;
   TargetSights sights_;
-  std::optional<double> heading_deg_;  // only of an object
   TargetMeans of_body_, of_shadow_;
 };
 

@@ -238,7 +238,7 @@ WrittenPings write_files(const RunState& run, ScenePings& pings, const Simulator
                      encode_png(fan.draw(written.pictures[i], ping)));
     });
     tasks.emplace_back([&, name] { folder.write(name + "_pings.csv", pings_csv(image)); });
-    if (!seafloor.objects.empty() || !seafloor.features.empty())
+    if (!seafloor.objects.empty() || !seafloor.features.empty() || !seafloor.moving.empty())
       tasks.emplace_back([&, name, i, columns, &sights = record.target_sights[image.sonar.name]] {
         std::optional<Waterfall> in_picture;  // the labels in the picture's columns
         if (columns != columns_of_bins(image.sonar)) in_picture = truth_in_columns(columns, image);

@@ -1,5 +1,6 @@
 #include <ensonify/engine/seafloor/add_objects.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/layers/bed_labels.h>
+#include <ensonify/engine/seafloor/objects/laid_line.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/objects/scour.h>
 #include <ensonify/refine/height_grid.h>
@@ -38,12 +40,42 @@ void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
   seafloor.object_meshes.push_back(std::move(object.own));
 }
 
+ObjectWay way_of(const ObjectOptions& object, const Eigen::Vector3d& start_m) {
+  if (!object.poses.empty()) return read_way(object.poses.path, start_m);
+  return way_along(start_m,
+                   object.path_file.path.empty() ? object.path : read_path(object.path_file.path),
+                   *object.speed_mps);
+}
+
 }  // namespace
+
+void add_moving_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
+                        std::span<const Material> materials, const BedGrid& bed, Seafloor& seafloor,
+                        const MemoryPlan& plan, const WorkControl& control) {
+  if (std::ranges::none_of(tables, &ObjectOptions::moves)) return;
+  PlacedObjects placed = place_objects(tables, seed, bed, materials, plan, control, true);
+  for (const auto& [file, report] : placed.repairs) seafloor.add_repairs(report, file);
+  seafloor.warnings.insert(seafloor.warnings.end(), placed.warnings.begin(), placed.warnings.end());
+  for (PlacedObjects::One& object : placed.objects) {
+    const ObjectPart& part = object.parts.front();
+    object.record.label = {.sediment = number_in(seafloor.materials, part.material),
+                           .class_id = number_in(seafloor.classes, part.class_name)};
+    object.own.place = object.own.place - object.record.middle_m;  // about its middle
+    MovingRecord& moving = seafloor.moving.emplace_back();
+    moving.mesh = object.own.in_floats();
+    moving.record = object.record;
+    try {
+      moving.way = way_of(tables[object.record.table], object.record.middle_m);
+    } catch (const std::invalid_argument& error) {
+      throw SceneError(fmt::format("objects.{}.path", object.record.table), error.what());
+    }
+  }
+}
 
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                  std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor,
                  const MemoryPlan& plan, const WorkControl& control) {
-  if (tables.empty()) return;
+  if (count_of(tables) == 0) return;
   const auto require_labels = [&](std::size_t count, std::string_view what) {
     if (count + seafloor.labels.size() > max_labels)
       throw std::invalid_argument(

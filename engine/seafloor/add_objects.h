@@ -5,6 +5,7 @@
 
 #include <ensonify/engine/base/work_control.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/memory_plan.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
@@ -20,5 +21,11 @@ namespace ensonify::engine {
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                  std::span<const Material> materials, Heightfield* heights, Seafloor& seafloor,
                  const MemoryPlan& plan, const WorkControl& control);
+
+/// Adds the objects that move to Seafloor::moving, where each begins on or over the bed, and their
+/// classes and materials. Throws what place_objects() and read_way() throw.
+void add_moving_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
+                        std::span<const Material> materials, const BedGrid& bed, Seafloor& seafloor,
+                        const MemoryPlan& plan, const WorkControl& control);
 
 }  // namespace ensonify::engine

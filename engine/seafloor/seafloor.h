@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <ensonify/engine/seafloor/object_mesh.h>
+#include <ensonify/engine/seafloor/object_way.h>
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -50,6 +51,13 @@ struct ObjectRecord {
   Label label;          ///< the instance is the object's number in Seafloor::objects, from 1
 };
 
+/// One object of the scene that moves. It is not among the faces of the seafloor.
+struct MovingRecord {
+  ObjectRecord record;  ///< as it is where it starts; its heading is that of its mesh on the way
+  refine::TriangleMesh mesh;  ///< about its middle, turned by the key heading_deg; metres
+  ObjectWay way;
+};
+
 /// One feature that a relief layer made: a trawl mark, a pit or a boulder.
 struct FeatureRecord {
   std::string layer;  ///< e.g. "boulders.0": made by the scene's first boulder layer
@@ -87,6 +95,7 @@ struct Seafloor {
   std::vector<ObjectRecord> objects;
   std::vector<ObjectMesh> object_meshes;  ///< one per object; `mesh` has their faces in this order
   std::vector<FeatureRecord> features;    ///< only features that have a point of the bed
+  std::vector<MovingRecord> moving;       ///< their instances follow those of the features
   std::size_t repairs = 0;                ///< number of repairs to all mesh files
   std::vector<std::string> warnings;      ///< of repairs, one line per file, and of too large cells
 
@@ -104,8 +113,8 @@ struct Seafloor {
   }
   /// The number of the first face of `mesh`.
   std::uint32_t first_in_mesh() const { return grid ? static_cast<std::uint32_t>(bed_faces) : 0; }
-  /// The label of an object or feature, by its instance. Throws std::out_of_range if there is no
-  /// such instance.
+  /// The label of an object at rest or of a feature, by its instance. Throws std::out_of_range if
+  /// there is no such instance.
   const Label& label_of_instance(std::uint32_t instance) const {
     const std::size_t number = std::size_t{instance} - 1;
     return number < objects.size() ? objects[number].label

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/base/clock.h>
+#include <ensonify/engine/seafloor/add_objects.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/base.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
@@ -107,6 +108,17 @@ class Preparing {
     } else if (!origin_.cached) {
       make_progressive();
     }
+    return result_;
+  }
+
+  std::shared_ptr<const PreparedSeafloor> with_moving_objects() {
+    result();
+    if (std::ranges::any_of(scene_.objects, &ObjectOptions::moves))
+      with_places(scene_, [&] {
+        add_moving_objects(scene_.objects, scene_.bed_seed(), scene_.materials,
+                           result_->bed(how_.stop_check), result_->seafloor, plan(),
+                           {refine::thread_count(how_.threads), still_in("seafloor")});
+      });
     return result_;
   }
 
@@ -333,7 +345,7 @@ PreparationKey preparation_key(const Scene& scene) {
 std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
                                                          const Preparation& how) {
   refine::thread_count(how.threads);  // refuses a wrong number before any work
-  return how.seafloor ? how.seafloor : Preparing(scene, how).result();
+  return how.seafloor ? how.seafloor : Preparing(scene, how).with_moving_objects();
 }
 
 Scene with_session_surface(Scene scene) {

@@ -31,6 +31,14 @@ Eigen::Isometry3d place_of(const Pose& pose) {
   return place;
 }
 
+Pose pose_of(const ObjectPose& object) {
+  return {.t_s = object.t_s,
+          .position = object.place_m,
+          .roll_rad = object.roll_rad,
+          .pitch_rad = object.pitch_rad,
+          .heading_rad = object.heading_rad};
+}
+
 /// The number of a name in a list, or the number that it gets at the end of the list. Number 0
 /// means no name.
 std::size_t number_in(const std::vector<std::string>& names, const std::string& name) {
@@ -166,6 +174,23 @@ void SessionObjects::remove(std::uint32_t instance) {
   const std::size_t body = body_of(instance);
   faces_.remove(body);
   made_[body] = surfaces_[body] = {};
+  if (body < follows_.size()) follows_[body] = false;
+}
+
+void SessionObjects::add(const std::vector<MovingRecord>& moving,
+                         const std::function<void()>& stop_check) {
+  for (const MovingRecord& object : moving)
+    add({.mesh = object.mesh,
+         .material = materials_.at(object.record.label.sediment),
+         .class_name = classes_.at(object.record.label.class_id)},
+        pose_of(object.way.at(0.0)), stop_check);
+  follows_.assign(moving.size(), true);
+}
+
+void SessionObjects::follow(const std::vector<MovingRecord>& moving, double t_s) {
+  for (std::size_t i = 0; i < moving.size(); ++i)
+    if (follows_[i])
+      move(static_cast<std::uint32_t>(first_instance_ + i), pose_of(moving[i].way.at(t_s)));
 }
 
 }  // namespace ensonify::engine

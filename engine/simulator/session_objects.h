@@ -39,6 +39,11 @@ class SessionObjects {
   void move(std::uint32_t instance, const Pose& pose);
   void remove(std::uint32_t instance);
 
+  /// Adds the scene's objects that move, where they are at time 0. follow() then moves those that
+  /// were not removed to their places at a time.
+  void add(const std::vector<MovingRecord>& moving, const std::function<void()>& stop_check);
+  void follow(const std::vector<MovingRecord>& moving, double t_s);
+
   bool any() const { return faces_.bodies() > 0; }
   /// A height below all objects; infinite if there is none.
   double lowest_m() const;
@@ -59,6 +64,7 @@ class SessionObjects {
   std::vector<Label> labels_;
   std::vector<ObjectSurface> made_, surfaces_;  // in the mesh's axes, and at the present place
   std::vector<std::string> classes_, materials_;
+  std::vector<bool> follows_;  // by object that moves; false after remove()
 };
 
 }  // namespace ensonify::engine

@@ -172,6 +172,7 @@ Simulator::ThreadState::ThreadState(const SharedState& shared)
       objects(shared.seafloor, face_source),
       warnings(shared.warnings),
       usual_ping(shared.usual_ping) {
+  objects.add(shared.seafloor.moving, shared.parts.options.stop_check);
   use(shared.sonars, shared);
 }
 

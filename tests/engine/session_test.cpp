@@ -11,6 +11,7 @@
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/files.h"
 #include "support/session_scenes.h"
 #include "support/temporary_folder.h"
 
@@ -142,4 +143,61 @@ TEST_CASE("eight threads, each with a simulator, receive the same as one thread"
   for (std::vector<double>& mine : heard) threads.emplace_back([&] { mine = session(); });
   for (std::thread& thread : threads) thread.join();
   for (const std::vector<double>& mine : heard) CHECK(mine == expected);
+}
+
+TEST_CASE("an object of the scene that moves is received as one that a session moves") {
+  const TemporaryFolder folder;
+  write_text(folder / "way.csv",
+             "t_s,east_m,north_m,heading_deg,z_m,roll_deg\n1,6,0,350,-13,0\n3,8,1,10,-12,20\n");
+  for (const bool by_file : {false, true}) {
+    CAPTURE(by_file);
+    Scene moving = bare_scene();
+    ObjectOptions& box = moving.objects.emplace_back();
+    box.shape = "box";
+    box.size = {.length_m = 1.0, .width_m = 2.0, .shape_height_m = 1.5};
+    box.class_name = "crate";
+    box.east_m = 6.0;
+    box.height_m = 0.5;
+    if (by_file)
+      box.poses = InputFile{"way.csv", folder / "way.csv"};
+    else {
+      box.path = {{2.0, 0.0}, {2.0, 3.0}};
+      box.speed_mps = 1.5;
+    }
+    Simulator scene(moving);
+    REQUIRE(scene.seafloor().moving.size() == 1);
+    const MovingRecord& record = scene.seafloor().moving[0];
+    Scene bare = moving;
+    bare.objects.clear();
+    Simulator session(bare);
+    const std::uint32_t instance = session.add(
+        {.mesh = record.mesh, .material = moving.objects[0].material, .class_name = "crate"},
+        beside);
+    CHECK(instance == 1);
+    const double start_m = record.record.middle_m.z();
+    for (const double t_s : {0.0, 1.0, 2.0, 2.5, 3.0, 60.0}) {
+      Pose object;
+      if (by_file) {
+        const double share = std::clamp((t_s - 1.0) / 2.0, 0.0, 1.0);
+        object = {.position = {6.0 + 2.0 * share, share, -13.0 + share},
+                  .roll_rad = 20.0 * degree * share,
+                  .heading_rad = (-10.0 + 20.0 * share) * degree};
+      } else {
+        const double gone_m = std::min(5.0, 1.5 * t_s);
+        object = {.position = {6.0 + std::min(gone_m, 2.0), std::max(0.0, gone_m - 2.0), start_m},
+                  .heading_rad = gone_m < 2.0 ? 90.0 * degree : 0.0};
+      }
+      session.move(instance, object);
+      Pose pose = beside;
+      pose.t_s = t_s;
+      CAPTURE(t_s);
+      const std::vector<double> by_scene = numbers(scene.ping_numbered(pose, 7)),
+                                by_hand = numbers(session.ping_numbered(pose, 7));
+      REQUIRE(by_scene.size() == by_hand.size());
+      double most = 0.0;
+      for (std::size_t i = 0; i < by_scene.size(); ++i)
+        most = std::max(most, std::abs(by_scene[i] - by_hand[i]) / (1e-6 + std::abs(by_hand[i])));
+      CHECK(most < 1e-3);
+    }
+  }
 }

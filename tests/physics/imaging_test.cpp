@@ -244,6 +244,66 @@ material = "steel"
   CHECK(of_wall > 1000);
 }
 
+TEST_CASE("the shadow of a box moves with it") {
+  constexpr double height_m = 3.0, tall_m = 1.5, wide_m = 2.0, at_m = 8.0, thick_m = 0.2,
+                   speed_mps = 0.5;
+  // It looks where it goes, to the east: turned by -90 degrees its width lies across the sight.
+  const Scene scene =
+      parsed(level_scene(13.0, fmt::format(R"([[objects]]
+shape = "box"
+length_m = {}
+width_m = {}
+tall_m = {}
+east_m = -3
+north_m = {}
+heading_deg = -90
+path = [[6, 0]]
+speed_mps = {}
+)",
+                                           thick_m, wide_m, tall_m, at_m, speed_mps)),
+             {"speckle=false"});
+  Simulator simulator(scene);
+  const Sonar sonar = simulator.sonars()[0];
+  const double end_m =
+      std::hypot((at_m + 0.5 * thick_m) * height_m / (height_m - tall_m), height_m);
+  for (const double t_s : {0.0, 5.0, 9.5, 12.0, 40.0}) {
+    const double east_m = -3.0 + std::min(6.0, speed_mps * t_s);
+    Pose pose = over_bed(13.0, height_m);
+    pose.t_s = t_s;
+    const auto lines = ping(simulator, pose);
+    const auto is_shadow = [&](std::size_t beam, double range_m) {
+      const std::size_t bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+      const bool dark = lines[beam].bins.region[bin] == static_cast<std::uint32_t>(Region::shadow);
+      if (dark) CHECK(lines[beam].bins.shadow_instance[bin] == 1);
+      return dark;
+    };
+    // Its edges are the lines through the corners that are outermost from the sonar.
+    double left_rad = 2.0, right_rad = -2.0;
+    for (const double side : {-0.5, 0.5})
+      for (const double depth : {-0.5, 0.5}) {
+        const double rad = std::atan2(east_m + side * wide_m, at_m + depth * thick_m);
+        left_rad = std::min(left_rad, rad);
+        right_rad = std::max(right_rad, rad);
+      }
+    for (std::size_t beam = 0; beam < lines.size(); ++beam) {
+      const double bearing_rad = sonar.bearing_rad(static_cast<int>(beam));
+      if (std::min(std::abs(bearing_rad - left_rad), std::abs(bearing_rad - right_rad)) <
+          1.5 * degree)
+        continue;  // partly
+      CAPTURE(t_s, bearing_rad / degree);
+      CHECK(is_shadow(beam, 12.0) == (bearing_rad > left_rad && bearing_rad < right_rad));
+    }
+    const double middle_rad = std::atan2(east_m, at_m);
+    std::size_t middle = 0;
+    while (sonar.bearing_rad(static_cast<int>(middle)) < middle_rad) ++middle;
+    // Seen obliquely, the far face is farther away by the cosine.
+    const double far_m = (end_m * end_m - height_m * height_m) / std::pow(std::cos(middle_rad), 2);
+    CAPTURE(t_s);
+    CHECK(is_shadow(middle, std::hypot(std::sqrt(far_m), height_m) - 0.15));
+    CHECK(!is_shadow(middle, std::hypot(std::sqrt(far_m), height_m) + 0.25));
+  }
+}
+
 TEST_CASE("a box casts its shadow over the beams that it covers, from its foot to X h / (h - t)") {
   constexpr double height_m = 3.0, tall_m = 1.5, wide_m = 4.0, at_m = 8.0, thick_m = 0.2;
   const Scene scene = parsed(level_scene(13.0, fmt::format(R"([[objects]]

@@ -170,6 +170,42 @@ ping_interval_s = 0.5
   CHECK(line.err.find("'output.file_per_leg' needs legs") != std::string::npos);
 }
 
+TEST_CASE("an object that moves is where it is at each ping, in any part and on any thread") {
+  const TemporaryFolder folder;
+  const std::string moving = scene_of_parts + R"([[objects]]
+shape = "box"
+class = "vehicle"
+length_m = 2
+width_m = 2
+tall_m = 1
+height_m = 0.5
+east_m = 7
+path = [[-2, 2], [2, 2]]
+speed_mps = 3
+)";
+  write_text(folder / "scene.toml", moving);
+  run_whole(folder.path(), "one", {"--threads", "1", "-D", "output.pings_per_file=0"});
+  run_whole(folder.path(), "parts", {"--threads", "1"});
+  run_whole(folder.path(), "threads", {"--threads", "2"});
+  const auto one = tree_of(folder / "one"), parts = tree_of(folder / "parts");
+  CHECK(difference(tree_of(folder / "threads"), parts) == "");
+  CHECK(recording(parts, "part_0001/left-right_0001.xtf") +
+            recording(parts, "part_0002/left-right_0002.xtf") ==
+        recording(one, "left-right.xtf"));
+  CHECK(parts.at("left-right.png") == one.at("left-right.png"));
+  // Its place is that of its ping.
+  bool listed = false;
+  const Json targets = Json::parse(one.at("left-right_targets.json")).at("targets");
+  for (const Json& target : targets) {
+    if (target.at("class") != "vehicle") continue;
+    listed = true;
+    CHECK(target.at("table") == 2);
+    CHECK(target.at("visible_fraction").is_null());
+    CHECK(target.at("middle_m")[1].get<double>() > 0.0);  // has left its place
+  }
+  CHECK(listed);
+}
+
 TEST_CASE("a run in parts takes no more memory for more pings", "[slow]") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", R"(version = 1

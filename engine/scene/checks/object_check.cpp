@@ -23,6 +23,7 @@ class Faults {
       form(shape_named(object_.shape));
       sizes(shape_named(object_.shape));
     }
+    motion(!object_.shape.empty() && shape_named(object_.shape).along_path);
     path(!object_.shape.empty() && shape_named(object_.shape).along_path);
     many();
     if (object_.burial.value_or(0.0) != 0.0 && object_.height_m.value_or(0.0) != 0.0)
@@ -96,12 +97,36 @@ class Faults {
           first.key, scaled_m, largest_m);
   }
 
+  /// What an object that moves cannot be.
+  void motion(bool along_path) {
+    if (!object_.moves()) return;
+    const std::string_view key = object_.speed_mps ? "speed_mps" : "poses";
+    const auto refuse = [&](bool given, std::string_view why) {
+      if (given) add(key, "'{0}.{1}' moves the object, but {2}", key, why);
+    };
+    refuse(along_path, "what lies along a path is at rest");
+    refuse(object_.count > 0, "objects with a count are at rest: leave count out");
+    refuse(!object_.assembly.empty(), "assemblies are at rest: leave assembly out");
+    refuse(object_.part_classes, "part_classes is for objects at rest");
+    refuse(object_.burial.value_or(0.0) != 0.0 || object_.height_m.value_or(0.0) < 0.0,
+           "a part of it is in the bed: leave burial out, and give a height_m of 0 or more");
+    refuse(object_.scour_ratio > 0.0 || object_.tail_ratio > 0.0,
+           "scour_ratio and tail_ratio are for objects at rest");
+    if (object_.speed_mps && !object_.poses.empty())
+      add("poses", "'{0}.poses' and '{0}.speed_mps' are both given, expected one of them");
+    if (object_.speed_mps && object_.path.empty() == object_.path_file.empty())
+      add("speed_mps",
+          "'{0}.speed_mps' needs a path: give either path = [[east, north], ...] or path_file = "
+          "\"...\"");
+  }
+
   void path(bool along_path) {
     const bool points = !object_.path.empty(), file = !object_.path_file.empty();
     if (!along_path) {
-      if (points || file)
+      if ((points || file) && !object_.speed_mps)
         add(points ? "path" : "path_file",
-            "'{}' has a path, which is for a pipeline, cable, rope or chain");
+            "'{}' has a path, which is for a pipeline, cable, rope or chain, or with speed_mps for "
+            "an object that moves");
       if (object_.sag_radius_m)
         add("sag_radius_m", "'{}.sag_radius_m' is for a pipeline, cable, rope or chain");
       if (object_.burial_spread > 0.0)

@@ -116,10 +116,22 @@ Section<ObjectOptions> made_object_section() {
           {"weld_m", "m", {-1, 1000},
            "Vertices this close are joined; 0: only equal ones; negative: none.",
            at(&ObjectOptions::weld_tolerance_m)},
-          {"path", "m", {-1e6, 1e6}, "Where a pipeline, cable, rope or chain lies.",
+          {"path", "m", {-1e6, 1e6},
+           "Where a pipeline, cable, rope or chain lies; with speed_mps, the points to which "
+           "another object moves from its place, one after the other.",
            at(&ObjectOptions::path)},
           {"path_file", "", {}, "The path from a CSV file with the header row east_m,north_m.",
            at(&ObjectOptions::path_file)},
+          {"speed_mps", "m/s", {1e-3, 100},
+           "Speed at which it moves along its path, from time 0 on, at the height that it has at "
+           "its place. It looks where it goes, turned by heading_deg, and stays at the last point. "
+           "During a ping it is at rest.",
+           at(&ObjectOptions::speed_mps)},
+          {"poses", "", {},
+           "Instead, where it is at which time: a CSV file with the columns t_s, east_m, north_m and "
+           "heading_deg of its middle, and perhaps z_m (above the sea surface, so negative), pitch_deg "
+           "and roll_deg. Between the rows it moves evenly, before and after them it stays.",
+           at(&ObjectOptions::poses)},
           {"sag_radius_m", "m", {0.01, 1e6},
            "Tension of the line divided by its weight in water per metre. A free span of s metres "
            "sags by s^2 / (8 sag_radius_m). Unset: 1000 for a pipeline, 50 for a cable, 3 for a "

@@ -50,12 +50,17 @@ struct ObjectOptions {
   double scale = 1.0;             ///< metres per unit of the mesh; a factor of sizes and paths
   double weld_tolerance_m = 0.0;  ///< vertices that are closer (after scaling) are merged
 
-  // For a shape that is laid along a path.
+  // For a shape that is laid along a path; the path is also that of an object that moves.
   std::vector<Eigen::Vector2d> path;   ///< metres east and north of the object's place
   InputFile path_file;                 ///< a CSV file with the path
   std::optional<double> sag_radius_m;  ///< see laid_line.h; unset: the shape's usual value
   /// Rms change of the burial along the path, and the distance over which the burial changes.
   double burial_spread = 0.0, burial_scale_m = 8.0;
+
+  // For an object that moves: along `path` from its place, or by the poses of a file.
+  std::optional<double> speed_mps;
+  InputFile poses;  ///< a CSV file, see read_way()
+  bool moves() const { return speed_mps || !poses.empty(); }
 
   // For many objects at random places.
   int count = 0;                      ///< 0: one object, at its place

@@ -344,13 +344,14 @@ std::size_t count_of(std::span<const ObjectOptions> tables) {
   const std::vector<std::size_t> bases = bases_of(tables);
   std::size_t sum = 0;
   for (std::size_t t = 0; t < tables.size(); ++t)
-    if (bases[t] == t) sum += static_cast<std::size_t>(std::max(tables[t].count, 1));
+    if (bases[t] == t && !tables[t].moves())
+      sum += static_cast<std::size_t>(std::max(tables[t].count, 1));
   return sum;
 }
 
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials,
-                            const MemoryPlan& plan, const WorkControl& control) {
+                            const MemoryPlan& plan, const WorkControl& control, bool moving) {
   PlacedObjects placed;
   Placing placing{seed, bed, materials, plan, control};
   CoarseFacets coarse;
@@ -380,7 +381,8 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
   };
   for (const bool at_random : {false, true})
     for (std::size_t t = 0; t < tables.size(); ++t) {
-      if (bases[t] != t || (tables[t].count > 0) != at_random) continue;
+      if (bases[t] != t || tables[t].moves() != moving || (tables[t].count > 0) != at_random)
+        continue;
       try {
         place_table(t);
       } catch (const std::invalid_argument& error) {

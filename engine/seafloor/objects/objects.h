@@ -40,10 +40,11 @@ struct PlacedObjects {
 /// For each table the number of the first table of its assembly, or the table's own number.
 std::vector<std::size_t> bases_of(std::span<const ObjectOptions> tables);
 
-/// The number of objects that the tables make. An assembly is one object.
+/// The number of objects at rest that the tables make. An assembly is one object.
 std::size_t count_of(std::span<const ObjectOptions> tables);
 
-/// Reads, makes and sets down the objects of every table or assembly. Objects with a given place
+/// Reads, makes and sets down the objects of every table or assembly that are at rest, or with
+/// `moving` those that move, at the places from which they start. Objects with a given place
 /// are set down first. Then objects at random places are set down, which keep their distance from
 /// all earlier objects. Object k of table t draws its place, heading and size from separate random
 /// streams, so another table changes them only if its objects occupy the place. Throws SceneError,
@@ -52,6 +53,7 @@ std::size_t count_of(std::span<const ObjectOptions> tables);
 /// MemoryError for a mesh or objects that do not fit. The number of threads does not matter.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {},
-                            const MemoryPlan& plan = {}, const WorkControl& control = {});
+                            const MemoryPlan& plan = {}, const WorkControl& control = {},
+                            bool moving = false);
 
 }  // namespace ensonify::engine
