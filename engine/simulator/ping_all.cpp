@@ -302,8 +302,15 @@ class Pings {
 };
 
 std::string rays_for_threads(std::span<const Sonar> sonars, int threads) {
-  return fmt::format("the {:.2g} million rays of a ping, for {} thread{}", 1e-6 * rays_of(sonars),
-                     threads, threads == 1 ? "" : "s");
+  return fmt::format(
+      "the {:.2g} million rays of a ping{}, for {} thread{}", 1e-6 * rays_of(sonars),
+      std::ranges::any_of(sonars, &Sonar::steers) ? " and the bins of its beams" : "", threads,
+      threads == 1 ? "" : "s");
+}
+
+std::string fewer_rays(std::span<const Sonar> sonars) {
+  return std::ranges::any_of(sonars, &Sonar::steers) ? "use fewer elevations, planes, beams or bins"
+                                                     : "use fewer elevations or planes";
 }
 
 }  // namespace
@@ -372,13 +379,23 @@ double rays_of(std::span<const Sonar> sonars) {
 
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector) {
   // Bytes per ray, measured.
-  return rays_of(sonars) * (intersector_kind(intersector).builds_tree ? 43.0 : 130.0);
+  double bytes = rays_of(sonars) * (intersector_kind(intersector).builds_tree ? 43.0 : 130.0);
+  for (const Sonar& sonar : sonars) {
+    if (!sonar.steers()) continue;
+    // The tables of planes x bins and of beams x bins, and the lines of both.
+    constexpr double bytes_a_plane = 96.0, bytes_a_beam = 116.0;
+    bytes +=
+        sonar.bins *
+        (bytes_a_plane * sonar.fan_planes(scatter::nominal_sound_speed_mps / sonar.frequency_hz) +
+         bytes_a_beam * sonar.beams);
+  }
+  return bytes;
 }
 
 void require_rays(const MemoryLimit& memory, std::span<const Sonar> sonars,
                   std::string_view intersector, int threads) {
   memory.require(threads * ray_bytes(sonars, intersector), rays_for_threads(sonars, threads) + ",",
-                 "use fewer elevations or planes");
+                 fewer_rays(sonars));
 }
 
 double require_pings(const MemoryLimit& memory, const RunOptions& options,
@@ -391,11 +408,10 @@ double require_pings(const MemoryLimit& memory, const RunOptions& options,
   const auto threads =
       static_cast<int>(std::min<std::size_t>(refine::thread_count(work.threads), blocks));
   const double bytes = of_images + threads * ray_bytes(sonars, options.intersector);
-  memory.require(
-      bytes,
-      fmt::format("{}, and the images of {} pings,", rays_for_threads(sonars, threads),
-                  work.images),
-      "use fewer elevations or planes, fewer threads, or run the sonars in several scenes");
+  memory.require(bytes,
+                 fmt::format("{}, and the images of {} pings,", rays_for_threads(sonars, threads),
+                             work.images),
+                 fewer_rays(sonars) + ", fewer threads, or run the sonars in several scenes");
   return bytes;
 }
 

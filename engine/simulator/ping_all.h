@@ -120,7 +120,8 @@ std::size_t neighbour_pings(const Display& display, std::span<const Sonar> sonar
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
 /// The rays of a ping of all these sonars.
 double rays_of(std::span<const Sonar> sonars);
-/// The least bytes that the rays of one ping of all these sonars take in each thread that pings.
+/// The least bytes that the rays of one ping of all these sonars take in each thread that pings,
+/// and the bins of steered beams.
 double ray_bytes(std::span<const Sonar> sonars, std::string_view intersector);
 /// Throws MemoryError unless the rays of a ping of all these sonars fit, for each of the threads
 /// that ping.

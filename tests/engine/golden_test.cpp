@@ -1,4 +1,4 @@
-// The bytes of five scenes against hashes that are written down in golden_hashes.txt, by layer. All
+// The bytes of six scenes against hashes that are written down in golden_hashes.txt, by layer. All
 // other tests compare a run with another run of the same program; this one finds changes from
 // version to version.
 //
@@ -151,10 +151,47 @@ range_m = 25
 bins = 400
 elevations = 512
 bandwidth_hz = 60000
+)"},
+    // Steered beams: one sonar is focused, the other has near fields. Its array is shaded.
+    {"ahead", R"([[objects]]
+shape = "box"
+material = "concrete"
+width_m = 8
+north_m = 10
+[[objects]]
+shape = "sphere"
+material = "steel"
+east_m = 3
+north_m = 7
+[sonar.focused]
+kind = "imaging"
+range_m = 15
+bins = 120
+beams = 48
+elevations = 128
+tilt_deg = 30
+sector_low_deg = 10
+sector_high_deg = 60
+[sonar.near]
+kind = "imaging"
+range_m = 15
+bins = 100
+beams = 32
+elevations = 128
+tilt_deg = 30
+sector_low_deg = 10
+sector_high_deg = 60
+focused = false
+receive_shading = "taylor"
+side_lobes = 2
+beam_steps = "sine"
+field_of_view_deg = 60
+looks = 2
 )"}};
 
 struct Cell {
   std::string_view intersector = "fan_scan", surface = "footprint", instruction_set;
+  int block_pings = RunOptions{}.block_pings;
 };
 
 template <class T>
@@ -163,7 +200,7 @@ void append(std::string& bytes, const std::vector<T>& values) {
 }
 
 /// A line for each layer of each sonar, and one for its pings: "scene sonar layer hash".
-std::string hashes_of(const GoldenScene& golden, const Cell& cell = {}) {
+std::string hashes_of(const GoldenScene& golden, const Cell& cell = {}, int threads = 1) {
   const tests::TemporaryFolder folder;
   tests::Sea2{}.cast(folder);
   tests::write_text(folder / "scene.toml", fmt::format("{}{}", common, golden.text));
@@ -171,8 +208,9 @@ std::string hashes_of(const GoldenScene& golden, const Cell& cell = {}) {
   scene.run.intersector = cell.intersector;
   scene.run.surface = cell.surface;
   scene.run.intersection.instruction_set = cell.instruction_set;
+  scene.run.block_pings = cell.block_pings;
   Simulator simulator(scene);
-  const ScenePings all = ping_all(scene, simulator, 1);
+  const ScenePings all = ping_all(scene, simulator, threads);
   REQUIRE(all.hits > all.rays / 3);
   std::string lines;
   for (const Waterfall& image : all.images) {
@@ -213,7 +251,7 @@ bool has_fused_multiply_add() {
 
 }  // namespace
 
-TEST_CASE("the bytes of five scenes are those that were written down, layer by layer") {
+TEST_CASE("the bytes of six scenes are those that were written down, layer by layer") {
   if (!has_fused_multiply_add()) {
     WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
     return;
@@ -254,6 +292,15 @@ TEST_CASE("the bytes of a run are the same on every instruction set of the kerne
     for (const GoldenScene& golden : golden_scenes)
       CHECK(hashes_of(golden) == written_down(golden.name));
   });
+}
+
+TEST_CASE("the bytes of a run are the same on several threads") {
+  if (!has_fused_multiply_add()) {
+    WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
+    return;
+  }
+  for (const GoldenScene& golden : golden_scenes)
+    CHECK(hashes_of(golden, {.block_pings = 1}, 3) == hashes_of(golden, {.block_pings = 1}));
 }
 
 // If this fails because seafloors are meant to change, raise seafloor_version and copy the new

@@ -89,6 +89,29 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   CHECK(scene_rays >= 15000);  // more than the track's pings give: the track is repeated
 }
 
+TEST_CASE("check compares the wide fan of a sonar that looks ahead, bent or not") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", std::string(tiny_scene) + R"([sonar.ahead]
+kind = "imaging"
+range_m = 12
+bins = 100
+beams = 64
+elevations = 32
+sector_low_deg = 10
+sector_high_deg = 80
+)");
+  write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1520\n4,1520\n7,1490\n60,1490\n");
+  for (const char* refraction : {"off", "full"}) {
+    const Outcome outcome = run_program(
+        folder.path(), {"check", "tiny.toml", "--quiet", "--rays", "1e4", "--json", "--intersector",
+                        "embree,fan_scan", "-D", "sea.profile=cast.csv", "-D",
+                        std::string("sea.refraction=") + refraction});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    CHECK(nlohmann::json::parse(outcome.out)["unexplained"] == 0);
+  }
+}
+
 TEST_CASE("check compares the bent rays of a scene with a cast on every surface") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);

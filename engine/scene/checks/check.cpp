@@ -14,6 +14,7 @@
 #include <ensonify/engine/scene/keys/key_text.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
@@ -262,8 +263,12 @@ void check_rays(const Sonar& sonar, double sound_speed_mps, const Require& requi
           sonar.elevations, planes * sonar.elevations, max_rays);
 }
 
-/// What only a sidescan has.
+/// The kind of the sonar's preset, and what only a sidescan has.
 void check_kind(const Scene& scene, const Sonar& sonar, const Require& require) {
+  if (!sonar.preset.empty())
+    require(sonar.kind == preset_sonar(sonar.preset).kind, sonar_key(sonar, "kind"),
+            "'{}' is {}, but the preset {} is of another kind: leave the kind out",
+            sonar_key(sonar, "kind"), sonar.steers() ? "imaging" : "sidescan", sonar.preset);
   if (!sonar.steers()) return;
   const auto refuse = [&](bool given, std::string_view key, std::string_view why) {
     require(!given, key, "'{}' cannot be used with sonar {}, whose kind is imaging: {}", key,
@@ -314,10 +319,10 @@ void check_scene(const Scene& scene,
   const double sound_speed_mps =
       scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));
   for (const Sonar& sonar : scene.sonars) {
+    check_kind(scene, sonar, require);
     check_beam(sonar, sound_speed_mps, require);
     check_pulse(sonar, sound_speed_mps, require);
     check_rays(sonar, sound_speed_mps, require);
-    check_kind(scene, sonar, require);
   }
   check_track(scene, require);
   check_artefacts(scene, require);

@@ -131,48 +131,104 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
   const SectorView view{0, &element, &fan, aim.layout.get(), &aim.motion, hits.triangles, &labels_};
   view_ = view;
   objects_.find(view_, hits);
-  facets_.clear();
-  for (const ObjectEcho& facet : objects_.facets()) {
-    const double sine = facet.place.dot(fan.array_axis) / facet.place.norm();
-    facets_.push_back({fan.nearest_plane(sine), facets_.size(), shifted(facet)});
-  }
-  // (A stable sort would allocate memory.)
-  std::ranges::sort(facets_, {},
-                    [](const FacetOfPlane& facet) { return std::pair(facet.plane, facet.number); });
+  sort_facets();
   auto facet = facets_.begin();
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     EchoLine& line = planes.lines[plane];
     begin(view, line);
     add_plane(hits, plane, line);
-    for (; facet != facets_.end() && facet->plane == plane; ++facet) bins_.add(facet->echo);
-    planes.hits += line.hits;
-    float* energy = planes.energy_of(plane);
-    float* sine = planes.sine_of(plane);
-    float *lit = planes.lit_of(plane), *shadowed = planes.shadowed_of(plane);
-    // What lies in shadow has no place: it lies as far aside as the last place before it.
-    double aside = fan.grid->planes[plane].sin_azimuth;
-    for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
-      energy[bin] = static_cast<float>(gain_[bin] * bins_.energy(bin));
-      const Eigen::Vector3d place = bins_.place(bin);
-      const double range_m = place.norm();
-      if (range_m > 0.0) aside = place.dot(fan.array_axis) / range_m;
-      sine[bin] = static_cast<float>(aside);
-      lit[bin] = bins_.lit(bin);
-      shadowed[bin] = bins_.shadowed(bin);
+    const bool bent = !hits.runs;
+    if (bent) find_arrivals(plane);
+    for (; facet != facets_.end() && facet->plane == plane; ++facet) {
+      bins_.add(facet->echo);
+      if (bent)
+        add_arrival(facet->echo.range_m - facet->echo.spread_m,
+                    facet->echo.range_m + facet->echo.spread_m, facet->echo.energy, facet->sine);
     }
-    for (float* row : {energy, lit, shadowed, sine})  // to the end of the last block
-      std::fill(row + bins_.size(), row + planes.bins,
-                row == sine ? static_cast<float>(aside) : 0.0f);
-    bins_.write(labels_, fan.origin, line);
-    std::copy_n(energy, line.bins.intensity_mean.size(), line.bins.intensity_mean.begin());
-    std::uint32_t* label = planes.label_of(plane);
-    std::fill_n(label, planes.bins, 0u);
-    for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
-      label[bin] =
-          line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 | line.bins.sediment[bin];
-    for (std::size_t bin = 0; bin < line.bins.range_m.size(); ++bin)
-      line.bins.range_m[bin] = static_cast<float>((static_cast<double>(bin) + 0.5) * bins_.bin_m());
+    planes.hits += line.hits;
+    take_plane(plane, bent, planes);
   }
+  take_glints(planes);
+}
+
+/// Sorts the echoes of small objects by the plane that is nearest.
+void EchoFormer::sort_facets() {
+  facets_.clear();
+  for (const ObjectEcho& facet : objects_.facets()) {
+    const double sine = objects_.arrival_sine(facet);
+    facets_.push_back({view_.fan->nearest_plane(sine), facets_.size(), sine, shifted(facet)});
+  }
+  // (A stable sort would allocate memory.)
+  std::ranges::sort(facets_, {},
+                    [](const FacetOfPlane& facet) { return std::pair(facet.plane, facet.number); });
+}
+
+/// Finds from where the bent rays of a plane's pieces arrive: places do not tell.
+void EchoFormer::find_arrivals(std::size_t plane) {
+  const FanGrid& grid = *view_.fan->grid;
+  arrived_.assign(bins_.size(), {});
+  for (std::size_t i = 0; i < pieces_.count; ++i)
+    if (pieces_.answers[i])
+      add_arrival(pieces_.from_m[i], pieces_.until_m[i], pieces_.energy[i],
+                  grid.planes[plane].sin_azimuth *
+                      grid.cos_elevation[(pieces_.begin[i] + pieces_.end[i] - 1) / 2]);
+}
+
+void EchoFormer::add_arrival(double from_m, double until_m, double energy, double sine) {
+  const auto bin_of = [&](double range_m) {
+    const double last = static_cast<double>(bins_.size()) - 1.0;
+    return static_cast<std::size_t>(std::clamp(range_m / bins_.bin_m(), 0.0, last));
+  };
+  const std::size_t first = bin_of(std::min(from_m, until_m)),
+                    last = bin_of(std::max(from_m, until_m));
+  const double share = energy / static_cast<double>(last - first + 1);
+  for (std::size_t bin = first; bin <= last; ++bin) {
+    arrived_[bin].energy += share;
+    arrived_[bin].moment += share * sine;
+  }
+}
+
+/// Copies what the bins have of a plane.
+void EchoFormer::take_plane(std::size_t plane, bool bent, FanPlanes& planes) {
+  const RayFan& fan = *view_.fan;
+  EchoLine& line = planes.lines[plane];
+  float* energy = planes.energy_of(plane);
+  float* sine = planes.sine_of(plane);
+  float *lit = planes.lit_of(plane), *shadowed = planes.shadowed_of(plane);
+  // What lies in shadow has no place: it lies as far aside as the last place before it.
+  double aside = fan.grid->planes[plane].sin_azimuth;
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    energy[bin] = static_cast<float>(gain_[bin] * bins_.energy(bin));
+    const Eigen::Vector3d place = bins_.place(bin);
+    const double range_m = place.norm();
+    if (bent && arrived_[bin].energy > 0.0)
+      aside = arrived_[bin].moment / arrived_[bin].energy;
+    else if (!bent && range_m > 0.0)
+      aside = place.dot(fan.array_axis) / range_m;
+    sine[bin] = static_cast<float>(aside);
+    lit[bin] = bins_.lit(bin);
+    shadowed[bin] = bins_.shadowed(bin);
+  }
+  for (float* row : {energy, lit, shadowed, sine})  // to the end of the last block
+    std::fill(row + bins_.size(), row + planes.bins,
+              row == sine ? static_cast<float>(aside) : 0.0f);
+  bins_.write(labels_, fan.origin, line);
+  std::copy_n(energy, line.bins.intensity_mean.size(), line.bins.intensity_mean.begin());
+  std::uint32_t* label = planes.label_of(plane);
+  float* labelled = planes.labelled_of(plane);
+  std::fill_n(label, planes.bins, 0u);
+  std::fill_n(labelled, planes.bins, 0.0f);
+  for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin) {
+    label[bin] =
+        line.bins.instance[bin] << 16 | line.bins.class_id[bin] << 8 | line.bins.sediment[bin];
+    labelled[bin] = energy[bin] * line.bins.fraction[bin];
+  }
+  for (std::size_t bin = 0; bin < line.bins.range_m.size(); ++bin)
+    line.bins.range_m[bin] = static_cast<float>((static_cast<double>(bin) + 0.5) * bins_.bin_m());
+}
+
+void EchoFormer::take_glints(FanPlanes& planes) {
+  const RayFan& fan = *view_.fan;
   planes.glints.clear();
   for (const ObjectEcho& glint : objects_.glints()) {
     const ObjectEcho laid = shifted(glint);
@@ -181,7 +237,7 @@ void EchoFormer::form_planes(const Beam& element, const FanAim& aim, const FanHi
     const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
     const Label& label = labels_[laid.label];
     planes.glints.push_back({.range_m = laid.range_m,
-                             .sine = glint.place.dot(fan.array_axis) / glint.place.norm(),
+                             .sine = objects_.arrival_sine(glint),
                              .field = std::polar(std::sqrt(laid.energy * gain_[bin]),
                                                  2.0 * std::numbers::pi * turns + glint.phase_rad),
                              .place = fan.origin + glint.place,

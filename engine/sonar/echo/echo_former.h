@@ -64,6 +64,11 @@ class EchoFormer {
   void lay_shifted(std::size_t plane);
   void add_glints(EchoLine& line);
   void finish(EchoLine& line);
+  void sort_facets();
+  void find_arrivals(std::size_t plane);
+  void add_arrival(double from_m, double until_m, double energy, double sine);
+  void take_plane(std::size_t plane, bool bent, FanPlanes& planes);
+  void take_glints(FanPlanes& planes);
 
   FaceLabels labels_;
   std::span<const MaterialInSonar> materials_;
@@ -96,9 +101,15 @@ class EchoFormer {
   std::vector<Arrival> arrivals_;  // per piece; bent rays only
   struct FacetOfPlane {
     std::size_t plane, number;
+    double sine;  // ObjectEchoes::arrival_sine()
     ObjectEcho echo;
   };
   std::vector<FacetOfPlane> facets_;
+  struct Arrived {
+    double energy = 0.0;
+    double moment = 0.0;  // energy times the sine of the direction from which it arrives
+  };
+  std::vector<Arrived> arrived_;  // by bin; bent rays of steered beams only
 };
 
 }  // namespace ensonify::engine

@@ -24,7 +24,8 @@ struct FanPlanes {
   /// The truth of each plane, in the sonar's bins. intensity_mean: as `energy`.
   std::vector<EchoLine> lines;
   std::vector<float> energy;    ///< expected, with gain and absorption, without the pulse; uPa^2
-  std::vector<float> sine;      ///< of the angle from the array's broadside, to what the bin saw
+  std::vector<float> labelled;  ///< the part of `energy` that has the bin's label
+  std::vector<float> sine;      ///< of the angle from the array's broadside at which it arrives
   std::vector<float> lit;       ///< weight of the plane where it sees the bin
   std::vector<float> shadowed;  ///< weight of the plane where the bin lies in shadow
   /// A number of each bin's label (instance, class and sediment). Labels whose class or sediment is
@@ -47,7 +48,7 @@ struct FanPlanes {
   /// Keeps the memory.
   void make_room(std::size_t plane_count, std::size_t bin_count, std::size_t sonar_bins) {
     planes = plane_count, bins = whole_blocks(bin_count);
-    for (auto* table : {&energy, &sine, &lit, &shadowed})
+    for (auto* table : {&energy, &labelled, &sine, &lit, &shadowed})
       if (table->size() < planes * bins) table->resize(planes * bins);
     if (label.size() < planes * bins) label.resize(planes * bins);
     if (lines.size() < planes) lines.resize(planes);
@@ -56,6 +57,7 @@ struct FanPlanes {
   }
   float* energy_of(std::size_t plane) { return &energy[plane * bins]; }
   const float* energy_of(std::size_t plane) const { return &energy[plane * bins]; }
+  float* labelled_of(std::size_t plane) { return &labelled[plane * bins]; }
   float* sine_of(std::size_t plane) { return &sine[plane * bins]; }
   const float* sine_of(std::size_t plane) const { return &sine[plane * bins]; }
   std::uint32_t* label_of(std::size_t plane) { return &label[plane * bins]; }

@@ -63,6 +63,14 @@ void ObjectEchoes::find(const SectorView& view, const FanHits& first) {
   join_glints();
 }
 
+double ObjectEchoes::arrival_sine(const ObjectEcho& echo) const {
+  const Vector3d& axis = sight_.fan().array_axis;
+  if (sight_.bent())
+    if (const std::optional<RayToPlace> ray = sight_.ray_to(echo.place))
+      return ray->launch.dot(axis);
+  return echo.place.dot(axis) / echo.place.norm();
+}
+
 /// Whether an object lies within half a length of its middle along an axis.
 bool ObjectEchoes::is_short(const ObjectSurface& object, const Vector3d& axis, double length_m) {
   if (2.0 * object.radius_m < length_m) return true;

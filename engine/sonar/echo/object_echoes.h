@@ -52,6 +52,9 @@ class ObjectEchoes {
   /// Whether the object of a label was small in this ping: facets() has its echo.
   bool small(std::uint16_t label) const { return label < small_.size() && small_[label] != 0; }
   bool any_small() const { return !small_labels_.empty(); }
+  /// The sine, from the array's broadside, of the direction from which an echo's sound arrives. (A
+  /// bent ray comes back the way on which it went out.)
+  double arrival_sine(const ObjectEcho& echo) const;
 
  private:
   static bool is_short(const ObjectSurface& object, const Eigen::Vector3d& axis, double length_m);

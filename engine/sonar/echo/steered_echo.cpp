@@ -62,8 +62,8 @@ void SteeredEcho::add_planes(FanPlanes& planes) {
     sums->assign(beams_.size() * bins_, 0.0f);
   for (auto* numbers : {&plane_, &shadowing_plane_}) numbers->assign(beams_.size() * bins_, 0u);
   powers_.resize(std::max(powers_.size(), planes.planes * steered_block));
-  const PlaneBins seen{planes.energy.data(), planes.lit.data(), planes.shadowed.data(),
-                       planes.label.data()};
+  const PlaneBins seen{planes.energy.data(), planes.labelled.data(), planes.lit.data(),
+                       planes.shadowed.data(), planes.label.data()};
   for (std::size_t bin = 0; bin < bins_; bin += steered_block) {
     const auto sees_something = [&](std::size_t plane) {
       const std::size_t at = plane * bins_ + bin;

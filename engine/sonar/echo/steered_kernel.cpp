@@ -105,7 +105,7 @@ void receive_planes(const PlaneBlock& block, const PlaneBins& planes, const Beam
       const std::size_t at = plane * block.stride + bin;
       const auto same = hn::Eq(hn::LoadU(number, planes.label + at), label);
       const Floats here = hn::Mul(hn::LoadU(f, powers + (plane - block.first) * steered_block),
-                                  hn::LoadU(f, planes.energy + at));
+                                  hn::LoadU(f, planes.labelled + at));
       of_label = hn::Add(of_label, hn::IfThenElseZero(hn::RebindMask(f, same), here));
     }
     hn::StoreU(energy, f, beam.energy + bin);

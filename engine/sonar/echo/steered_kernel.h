@@ -34,8 +34,8 @@ struct PlaneBlock {
 
 /// What planes see, plane by plane.
 struct PlaneBins {
-  const float *energy, *lit, *shadowed;
-  const std::uint32_t* label;  ///< FanPlanes::label
+  const float *energy, *labelled, *lit, *shadowed;
+  const std::uint32_t* label;  ///< these are as in FanPlanes
 };
 /// What one beam receives in each bin.
 struct BeamBins {

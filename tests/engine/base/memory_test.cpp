@@ -13,6 +13,7 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -219,6 +220,20 @@ TEST_CASE("the rays of many sonars on several threads are counted before the sea
                         Catch::Contains("fewer threads, or run the sonars in several scenes"));
   CHECK(!began);
   CHECK_THROWS_AS(try_run(1, limit), Stopped);
+}
+
+TEST_CASE("the bins of an imaging sonar's beams are counted, and named") {
+  Scene scene = fractal_scene(0.5);
+  scene.sonars = {usual_sonar(SonarKind::imaging)};
+  Sonar& sonar = scene.sonars.front();
+  const double few = ray_bytes(scene.sonars, "fan_scan");
+  sonar.beams = 1024;
+  sonar.bins = 65536;
+  const double many = ray_bytes(scene.sonars, "fan_scan");
+  CHECK(many > few + 100.0 * 1024 * 65536);
+  CHECK_THROWS_WITH(Simulator(scene, {.threads = 1, .memory = {0.5 * many}}),
+                    Catch::Contains("rays of a ping and the bins of its beams, for 1 thread,") &&
+                        Catch::Contains("use fewer elevations, planes, beams or bins"));
 }
 
 TEST_CASE("a session counts the rays of its own thread, and a track those of all that ping it") {
