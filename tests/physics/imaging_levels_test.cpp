@@ -191,7 +191,8 @@ north_m = {}
   CHECK(both >= 5);
 }
 
-TEST_CASE("bent rays: a place is at its travel time, and at the bearing from which it is heard") {
+TEST_CASE(
+    "bent rays: a place is at its travel time, and at the bearing at which its sound arrives") {
   // The sound speed falls evenly with depth: rays are arcs of circles about the level at which it
   // would be 0.
   constexpr double surface_mps = 1540.0, gradient = -100.0 / 60.0, bed_m = 60.0;
