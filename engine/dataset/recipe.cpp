@@ -103,12 +103,13 @@ void add_override(const std::string& key, const std::string& value, DrawnValues&
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
-/// Throws SceneError if the dataset asks for pieces or ground range, and all sonars make frames.
+/// Throws SceneError if the dataset has options of lines, and all sonars make frames.
 void check_frames(const DatasetOptions& options, const Scene& scene) {
   if (!std::ranges::all_of(scene.sonars, &Sonar::steers)) return;
   for (const auto& [asked, key] : {std::pair(options.tiles.any(), "dataset.tiles"),
                                    {options.chips.any(), "dataset.chips"},
-                                   {options.ground_px_m > 0.0, "dataset.ground_px_m"}})
+                                   {options.ground_px_m > 0.0, "dataset.ground_px_m"},
+                                   {!options.slant, "dataset.slant"}})
     if (asked)
       throw SceneError(
           fmt::format("'{}' cannot be used with imaging sonars, whose frames are labelled whole: "

@@ -92,7 +92,7 @@ AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pos
     }
     mesh.triangles = {near.mesh.positions, near.mesh.faces, near.numbers};
   }
-  AgreementCounts counts = compare_ping(simulator.own_->face_source, mesh, fans,
+  AgreementCounts counts = compare_ping(simulator.own_->face_source.fixed(), mesh, fans,
                                         intersector_kind(shared.parts.intersector).precision);
   counts += compare_height(mesh, pose.position.x(), pose.position.y(),
                            simulator.own_->bed.height_m(pose.position.x(), pose.position.y()));

@@ -41,8 +41,8 @@ struct SimulatorInternals {
 
   /// Compares a ping of the scene with the exact reference, along straight rays: every hit and run
   /// of all sonars' fans, with the face source in its present state. Also compares the height of
-  /// the bed. It does not change the next ping. The reference does not have the objects that add()
-  /// added. Throws as ping_numbered().
+  /// the bed. It does not change the next ping. Objects that move and objects that add() added
+  /// are left out. Throws as ping_numbered().
   static AgreementCounts verify(Simulator& simulator, const Pose& pose);
 
   /// The scene's track with its warnings. Throws SceneError.

@@ -113,12 +113,18 @@ class Preparing {
 
   std::shared_ptr<const PreparedSeafloor> with_moving_objects() {
     result();
-    if (std::ranges::any_of(scene_.objects, &ObjectOptions::moves))
-      with_places(scene_, [&] {
-        add_moving_objects(scene_.objects, scene_.bed_seed(), scene_.materials,
-                           result_->bed(how_.stop_check), result_->seafloor, plan(),
-                           {refine::thread_count(how_.threads), still_in("seafloor")});
-      });
+    if (std::ranges::none_of(scene_.objects, &ObjectOptions::moves)) return result_;
+    Seafloor& seafloor = result_->seafloor;
+    with_places(scene_, [&] {
+      Seafloor mesh;  // objects are set down on a mesh or a grid
+      if (seafloor.progressive) {
+        mesh = seafloor;
+        restore_mesh(mesh);
+      }
+      add_moving_objects(scene_.objects, scene_.bed_seed(), scene_.materials,
+                         BedGrid(seafloor.progressive ? mesh : seafloor, how_.stop_check), seafloor,
+                         plan(), {refine::thread_count(how_.threads), still_in("seafloor")});
+    });
     return result_;
   }
 

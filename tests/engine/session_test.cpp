@@ -149,9 +149,13 @@ TEST_CASE("an object of the scene that moves is received as one that a session m
   const TemporaryFolder folder;
   write_text(folder / "way.csv",
              "t_s,east_m,north_m,heading_deg,z_m,roll_deg\n1,6,0,350,-13,0\n3,8,1,10,-12,20\n");
-  for (const bool by_file : {false, true}) {
-    CAPTURE(by_file);
+  const auto [by_file, surface] =
+      GENERATE(std::pair(false, "static"), std::pair(true, "static"), std::pair(false, "refined"),
+               std::pair(true, "footprint"));
+  {
+    CAPTURE(by_file, surface);
     Scene moving = bare_scene();
+    moving.run.surface = surface;
     ObjectOptions& box = moving.objects.emplace_back();
     box.shape = "box";
     box.size = {.length_m = 1.0, .width_m = 2.0, .shape_height_m = 1.5};

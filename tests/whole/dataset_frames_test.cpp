@@ -161,8 +161,8 @@ TEST_CASE("the labels of a frame lie where the target is, in beams and in the fa
 
 TEST_CASE("pieces of a line are refused where all sonars make frames") {
   const TemporaryFolder folder;
-  for (const std::string asked :
-       {"dataset.tiles.width_px=64", "dataset.chips.size_px=32", "dataset.ground_px_m=0.1"}) {
+  for (const std::string asked : {"dataset.tiles.width_px=64", "dataset.chips.size_px=32",
+                                  "dataset.ground_px_m=0.1", "dataset.slant=false"}) {
     write_text(folder / "recipe.toml", clips);
     std::vector<std::string> more{"-D", asked};
     if (asked.find("width") != asked.npos)

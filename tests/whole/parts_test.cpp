@@ -184,6 +184,8 @@ path = [[-2, 2], [2, 2]]
 speed_mps = 3
 )";
   write_text(folder / "scene.toml", moving);
+  // The rays that meet it are not compared with the fixed faces.
+  run_whole(folder.path(), "verified", {"-D", "output.pings_per_file=0", "--verify", "3"});
   run_whole(folder.path(), "one", {"--threads", "1", "-D", "output.pings_per_file=0"});
   run_whole(folder.path(), "parts", {"--threads", "1"});
   run_whole(folder.path(), "threads", {"--threads", "2"});

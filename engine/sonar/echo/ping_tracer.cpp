@@ -20,7 +20,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
   const double wavelength_m = medium.sound_speed_mps / sonar.frequency_hz;
   if (sonar.steers()) {
     beams_.push_back(Beam::of_element(sonar, wavelength_m));
-    steered_ = std::make_unique<Steered>(sonar, medium, former_.bins());
+    steered_ = std::make_unique<Steered>(sonar, medium, former_.bins(), stop_check);
     for (int beam = 0; beam < sonar.beams; ++beam)
       lines_.push_back(
           {.beam = beam, .sine = steered_->beams.sine(static_cast<std::size_t>(beam))});
@@ -36,8 +36,9 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
   fans_ = lines_.size();
 }
 
-PingTracer::Steered::Steered(const Sonar& sonar, const Medium& medium, std::size_t bins)
-    : beams(sonar, medium.sound_speed_mps / sonar.frequency_hz, bins),
+PingTracer::Steered::Steered(const Sonar& sonar, const Medium& medium, std::size_t bins,
+                             const std::function<void()>& stop_check)
+    : beams(sonar, medium.sound_speed_mps / sonar.frequency_hz, bins, stop_check),
       echo(sonar, medium, beams, bins) {}
 
 void PingTracer::aim(const Pose& pose, double altitude_m, double nearest_bed_m,

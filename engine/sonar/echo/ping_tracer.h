@@ -61,7 +61,8 @@ class PingTracer {
   std::vector<LinePlan> lines_;
   std::size_t fans_;
   struct Steered {
-    Steered(const Sonar& sonar, const Medium& medium, std::size_t bins);
+    Steered(const Sonar& sonar, const Medium& medium, std::size_t bins,
+            const std::function<void()>& stop_check);
     SteeredBeams beams;
     SteeredEcho echo;
     FanPlanes planes;

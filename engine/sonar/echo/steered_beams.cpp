@@ -24,7 +24,8 @@ int rows_less(double sine) {
 
 }  // namespace
 
-SteeredBeams::SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t bins) {
+SteeredBeams::SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t bins,
+                           const std::function<void()>& stop_check) {
   const LineArray array = sonar.receive_array(wavelength_m);
   x_per_sine_ = array.length_m / wavelength_m;
   std::vector<int> row_of_bin;
@@ -38,10 +39,10 @@ SteeredBeams::SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t 
     most = std::max(most, row_of_bin.back());
   }
   const double lobes_x = array.shading.null_x(sonar.side_lobes + 1);
-  std::vector<Row> rows{add_row(array.shading, 0.0, lobes_x)};
+  std::vector<Row> rows{add_row(array.shading, 0.0, lobes_x, stop_check)};
   for (int row = 1; row <= most; ++row)
-    rows.push_back(
-        add_row(array.shading, least_nearness * std::exp2(row / rows_per_octave), lobes_x));
+    rows.push_back(add_row(array.shading, least_nearness * std::exp2(row / rows_per_octave),
+                           lobes_x, stop_check));
   const auto row_at = [&](std::size_t bin, int less) -> const Row& {
     return rows[static_cast<std::size_t>(std::max(row_of_bin[bin] - less, 0))];
   };
@@ -66,9 +67,11 @@ SteeredBeams::SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t 
   }
 }
 
-SteeredBeams::Row SteeredBeams::add_row(const Shading& shading, double nearness, double lobes_x) {
+SteeredBeams::Row SteeredBeams::add_row(const Shading& shading, double nearness, double lobes_x,
+                                        const std::function<void()>& stop_check) {
   const Row row{values_.size() / 2, static_cast<float>(lobes_x + nearness) * columns_per_x};
   for (std::size_t column = 0; column < static_cast<std::size_t>(row.columns) + 2; ++column) {
+    if (stop_check && column % 64 == 0) stop_check();
     const std::complex<double> field =
         shading.field(static_cast<double>(column) / double(columns_per_x), nearness);
     values_.push_back(static_cast<float>(field.real()));

@@ -4,6 +4,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <ensonify/engine/sonar/echo/steered_kernel.h>
@@ -19,8 +20,10 @@ namespace ensonify::engine {
 /// cosine (Fresnel's approximation). Lobes beyond Sonar::side_lobes count as 0.
 class SteeredBeams {
  public:
-  /// bins: of the tables that the beams are formed from.
-  SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t bins);
+  /// bins: of the tables that the beams are formed from. stop_check is called often, because a long
+  /// array has many near fields; what it throws ends the constructor.
+  SteeredBeams(const Sonar& sonar, double wavelength_m, std::size_t bins,
+               const std::function<void()>& stop_check = {});
 
   std::size_t size() const { return sines_.size(); }
   /// Where a beam looks.
@@ -76,7 +79,8 @@ class SteeredBeams {
     std::vector<std::int32_t> first;
     std::vector<float> columns;
   };
-  Row add_row(const Shading& shading, double nearness, double lobes_x);
+  Row add_row(const Shading& shading, double nearness, double lobes_x,
+              const std::function<void()>& stop_check);
   /// Moves `beam` to the first beam whose sine is at most `sine`. The sines fall from beam to beam.
   void move_to(double sine, std::size_t& beam) const {
     while (beam > 0 && sines_[beam - 1] <= sine) --beam;

@@ -151,9 +151,9 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
           options.arrivals.second_time_around ? farthest_earlier_m(sonar, ping_m(sonar, options))
                                               : 0.0,
           options.stop_check),
-      steered_(sonar.steers() ? std::optional<SteeredSpeckle>(std::in_place, sonar,
-                                                              options.sound_speed_mps, options.seed,
-                                                              options.heading_rad, options.textures)
+      steered_(sonar.steers() ? std::optional<SteeredSpeckle>(
+                                    std::in_place, sonar, options.sound_speed_mps, options.seed,
+                                    options.heading_rad, options.textures, options.stop_check)
                               : std::nullopt),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       moved_shares_(by_bin(law_, beam_share(sonar, options, law_))),

@@ -10,8 +10,10 @@ namespace ensonify::engine {
 
 SteeredSpeckle::SteeredSpeckle(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                                double reference_heading_rad,
-                               const std::vector<scatter::GroundTexture>& by_material)
-    : beams_(sonar, sound_speed_mps / sonar.frequency_hz, static_cast<std::size_t>(sonar.bins)),
+                               const std::vector<scatter::GroundTexture>& by_material,
+                               const std::function<void()>& stop_check)
+    : beams_(sonar, sound_speed_mps / sonar.frequency_hz, static_cast<std::size_t>(sonar.bins),
+             stop_check),
       scatterers_(Scatterers::of_planes(
           sonar, sound_speed_mps, seed, reference_heading_rad, by_material,
           sonar.sine_step(sound_speed_mps / sonar.frequency_hz),

@@ -19,10 +19,11 @@ namespace ensonify::engine {
 /// lie on either side of an angle at which the direction of cells changes, they still share none.
 class SteeredSpeckle {
  public:
-  /// The parameters are those of Scatterers.
+  /// The parameters are those of Scatterers and SteeredBeams.
   SteeredSpeckle(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
                  double reference_heading_rad,
-                 const std::vector<scatter::GroundTexture>& by_material);
+                 const std::vector<scatter::GroundTexture>& by_material,
+                 const std::function<void()>& stop_check = {});
 
   /// One thread's working memory, and the fields.
   struct Scratch {

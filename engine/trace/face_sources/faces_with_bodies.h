@@ -36,6 +36,8 @@ class FacesWithBodies final : public FaceSource {
   bool has(std::size_t body) const {
     return body < bodies_.size() && !bodies_[body].mesh.faces.empty();
   }
+  /// The fixed faces alone.
+  FaceSource& fixed() { return *fixed_; }
   /// One more than the highest number of a body.
   std::size_t bodies() const { return bodies_.size(); }
 
