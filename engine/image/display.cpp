@@ -348,14 +348,14 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     bed.push_back(level(column, median, sample));
   }
   // Sets scale_ so that the median of the columns whose bed has more than this intensity becomes 1.
-  // A bed that an imaging sonar sees is in its narrow vertical beam in few columns only, so there
-  // nine of ten columns have less.
+  // An imaging sonar has the bed in its narrow vertical beam in a part of the columns only, so there
+  // three of four columns have less.
   const auto scale_to = [&](double least) {
     std::vector<double> some;
     for (std::size_t column = 0; column < columns_; ++column)
       if (calibration.level_bed[column] > least) some.push_back(bed[column]);
     if (some.empty()) return false;
-    const std::size_t middle = sonar_.steers() ? 9 * some.size() / 10 : some.size() / 2;
+    const std::size_t middle = sonar_.steers() ? 3 * some.size() / 4 : some.size() / 2;
     std::ranges::nth_element(some, some.begin() + static_cast<std::ptrdiff_t>(middle));
     // The median is 0 if the bed is below the recorder's smallest sample. Full scale is then shown
     // at mid-brightness.

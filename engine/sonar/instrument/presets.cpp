@@ -237,7 +237,7 @@ Sonar usual_sonar(SonarKind kind) {
   sonar.vertical.tilt_rad = 0.0;
   sonar.sector_low_rad = -25.0 * degree;
   sonar.sector_high_rad = 25.0 * degree;
-  sonar.planes = 4;
+  sonar.planes = 8;  // with fewer, a wall that is seen obliquely has gaps in range
   sonar.elevations = 512;
   sonar.receiver.bed_level_db = -30.0;  // walls and glints are far above the bed
   return sonar;
